@@ -1,0 +1,143 @@
+//! Places on the plane and the poses of what moves there.
+
+use super::{BinaryAngle, Direction, Millimeters};
+
+/// A place on the plane: the square millimetre whose lower left corner is (x, y).
+///
+/// Naming the *square* and not the corner has a use: the centre of a square never lies on a cell's
+/// border, so a point is in exactly one cell, and mirroring a map mirrors its cells.
+///
+/// Units and range: millimetres, each coordinate within ±[`Point::LIMIT`] (268 km, beyond which it
+/// saturates), so that products of two distances fit 64 bits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Point {
+    x: i32,
+    y: i32,
+}
+
+impl Point {
+    /// Largest absolute coordinate, in millimetres: 2^28.
+    pub const LIMIT: i32 = 1 << 28;
+
+    /// The origin of the map frame.
+    pub const ORIGIN: Self = Self { x: 0, y: 0 };
+
+    /// Creates a place from its coordinates in millimetres; beyond ±[`Self::LIMIT`] they saturate.
+    #[must_use]
+    pub const fn from_mm(x: i32, y: i32) -> Self {
+        Self {
+            x: limited(x as i64),
+            y: limited(y as i64),
+        }
+    }
+
+    /// Returns the coordinate along +x in millimetres.
+    #[must_use]
+    pub const fn x_mm(self) -> i32 {
+        self.x
+    }
+
+    /// Returns the coordinate along +y in millimetres.
+    #[must_use]
+    pub const fn y_mm(self) -> i32 {
+        self.y
+    }
+
+    /// Returns the place that is `distance` away in `direction`.
+    ///
+    /// Rounds each coordinate to the nearest millimetre, ties away from the start, so that mirrored
+    /// directions lead to mirrored places; saturates at [`Self::LIMIT`].
+    ///
+    /// ```
+    /// use certainty_core::units::{BinaryAngle, Millimeters, Point};
+    ///
+    /// let north = BinaryAngle::QUARTER.direction();
+    /// let there = Point::from_mm(10, 20).ahead(north, Millimeters::new(5));
+    /// assert_eq!(there, Point::from_mm(10, 25));
+    /// ```
+    #[must_use]
+    pub const fn ahead(self, direction: Direction, distance: Millimeters) -> Self {
+        // Beyond twice the limit every distance saturates alike; within it a product takes 60 bits.
+        let most = 2 * Self::LIMIT as u32;
+        let far = if distance.get() > most {
+            most
+        } else {
+            distance.get()
+        } as i64;
+        Self {
+            x: limited(self.x as i64 + scaled(far, direction.cos())),
+            y: limited(self.y as i64 + scaled(far, direction.sin())),
+        }
+    }
+}
+
+/// `distance * part` of a unit vector, rounded to the nearest, ties away from zero.
+const fn scaled(distance: i64, part: i32) -> i64 {
+    let magnitude = (distance * (part as i64).abs() + (1 << (Direction::FRACTION_BITS - 1)))
+        >> Direction::FRACTION_BITS;
+    if part < 0 { -magnitude } else { magnitude }
+}
+
+/// `mm` within ±[`Point::LIMIT`].
+const fn limited(mm: i64) -> i32 {
+    if mm > Point::LIMIT as i64 {
+        Point::LIMIT
+    } else if mm < -(Point::LIMIT as i64) {
+        -Point::LIMIT
+    } else {
+        mm as i32
+    }
+}
+
+/// Where something is and which way it looks.
+///
+/// A sensor's mounting on the robot is a pose in the robot's frame (+x ahead, +y to the left); the
+/// robot's pose is one in the map's frame; [`Pose::compose`] chains them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Pose {
+    /// The place.
+    pub at: Point,
+    /// The direction it looks in.
+    pub heading: BinaryAngle,
+}
+
+impl Pose {
+    /// Creates a pose.
+    #[must_use]
+    pub const fn new(at: Point, heading: BinaryAngle) -> Self {
+        Self { at, heading }
+    }
+
+    /// Returns the pose in the outer frame of something mounted at `part` in this one's frame.
+    ///
+    /// Formula: `at + R(heading) · part.at`, `heading + part.heading`; rounds to the nearest
+    /// millimetre.
+    ///
+    /// ```
+    /// use certainty_core::units::{BinaryAngle, Point, Pose};
+    ///
+    /// // A robot at (1 m, 0) looks along +y; its left sensor sits 10 cm to the left and looks left.
+    /// let robot = Pose::new(Point::from_mm(1000, 0), BinaryAngle::QUARTER);
+    /// let left = Pose::new(Point::from_mm(0, 100), BinaryAngle::QUARTER);
+    /// let sensor = robot.compose(left);
+    /// assert_eq!(sensor, Pose::new(Point::from_mm(900, 0), BinaryAngle::HALF));
+    /// ```
+    #[must_use]
+    pub const fn compose(self, part: Self) -> Self {
+        let direction = self.heading.direction();
+        let (cos, sin) = (direction.cos() as i64, direction.sin() as i64);
+        let (x, y) = (part.at.x as i64, part.at.y as i64);
+        const HALF: i64 = 1 << (Direction::FRACTION_BITS - 1);
+        let ahead = (x * cos - y * sin + HALF) >> Direction::FRACTION_BITS;
+        let aside = (x * sin + y * cos + HALF) >> Direction::FRACTION_BITS;
+        Self {
+            at: Point {
+                x: limited(self.at.x as i64 + ahead),
+                y: limited(self.at.y as i64 + aside),
+            },
+            heading: self.heading.wrapping_add(part.heading),
+        }
+    }
+}

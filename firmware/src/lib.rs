@@ -1,0 +1,3 @@
+//! The certainty grid wired to range sensors through embedded-hal.
+#![no_std]
+#![forbid(unsafe_code)]

@@ -1,0 +1,6 @@
+//! Simulated and recorded range sensors for [`certainty_core`].
+pub mod export;
+pub mod fault;
+pub mod replay;
+pub mod transducer;
+pub mod world;

@@ -1,0 +1,2 @@
+//! The program `certainty`.
+fn main() {}
