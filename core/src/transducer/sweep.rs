@@ -13,7 +13,7 @@ use core::fmt;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Sweep {
     first: BinaryAngle,
-    step: BinaryAngle,
+    span: BinaryAngle,
     directions: u16,
 }
 
@@ -23,15 +23,15 @@ pub struct Sweep {
 pub enum SweepError {
     /// There is no direction to look in.
     NoDirection,
-    /// The steps add up to a turn or more, so that two directions could be the same.
-    OverATurn,
+    /// Two of the directions would be the same.
+    TooDense,
 }
 
 impl fmt::Display for SweepError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::NoDirection => "a sweep needs at least one direction",
-            Self::OverATurn => "a sweep must stay under one turn",
+            Self::TooDense => "the sweep is too narrow for so many directions",
         })
     }
 }
@@ -39,28 +39,28 @@ impl fmt::Display for SweepError {
 impl core::error::Error for SweepError {}
 
 impl Sweep {
-    /// Creates a sweep of `directions` directions, the first at `first`, each `step` further.
+    /// Creates a sweep of `directions` directions from `first` counter-clockwise to `last`, both
+    /// included.
     ///
     /// # Errors
     ///
-    /// [`SweepError::NoDirection`] for no directions, [`SweepError::OverATurn`] if they would come
-    /// round to the first.
+    /// [`SweepError::NoDirection`] for no directions, [`SweepError::TooDense`] where two of them
+    /// would be the same.
     pub const fn try_new(
         first: BinaryAngle,
-        step: BinaryAngle,
+        last: BinaryAngle,
         directions: u16,
     ) -> Result<Self, SweepError> {
-        if directions == 0 {
-            return Err(SweepError::NoDirection);
+        let span = last.wrapping_sub(first);
+        match directions.checked_sub(1) {
+            None => Err(SweepError::NoDirection),
+            Some(steps) if steps > span.to_bits() => Err(SweepError::TooDense),
+            Some(_) => Ok(Self {
+                first,
+                span,
+                directions,
+            }),
         }
-        if directions as u32 * step.to_bits() as u32 > 1 << 16 {
-            return Err(SweepError::OverATurn);
-        }
-        Ok(Self {
-            first,
-            step,
-            directions,
-        })
     }
 
     /// Returns the number of directions.
@@ -71,14 +71,16 @@ impl Sweep {
 
     /// Returns the direction at `step` of a head that is `slot` of `heads` equally phased ones.
     ///
+    /// Rounds to the nearest step of the angle, ties up.
+    ///
     /// ```
     /// use certainty_core::transducer::Sweep;
     /// use certainty_core::units::BinaryAngle;
     ///
     /// let degrees = |d: i32| BinaryAngle::from_millidegrees(d * 1000);
-    /// let sweep = Sweep::try_new(degrees(-90), degrees(15), 12)?;
+    /// let sweep = Sweep::try_new(degrees(-90), degrees(90), 13)?;
     /// assert_eq!(sweep.direction(0, 0, 3), degrees(-90));
-    /// assert_eq!(sweep.direction(0, 1, 3), degrees(-30)); // a third of the way ahead
+    /// assert_eq!(sweep.direction(2, 1, 3), degrees(0)); // four directions ahead of the first
     /// # Ok::<(), certainty_core::transducer::SweepError>(())
     /// ```
     #[must_use]
@@ -87,8 +89,9 @@ impl Sweep {
         let heads = if heads == 0 { 1 } else { heads as u32 };
         let phase = slot as u32 * directions / heads;
         let index = (step % directions + phase % directions) % directions;
-        // Below 2^16 because the whole sweep is.
-        let turned = (index * self.step.to_bits() as u32) as u16;
+        let steps = if directions > 1 { directions - 1 } else { 1 };
+        // At most 65534 times 65535 and half of 65534: 32 bits hold it.
+        let turned = ((index * self.span.to_bits() as u32 + steps / 2) / steps) as u16;
         self.first.wrapping_add(BinaryAngle::from_bits(turned))
     }
 }
@@ -104,14 +107,16 @@ mod tests {
     #[test]
     fn no_two_heads_ever_look_the_same_way_at_once() {
         for (directions, heads) in [(13, 3), (13, 4), (13, 5), (37, 3), (37, 7), (7, 7)] {
-            let sweep = Sweep::try_new(degrees(-90), degrees(5), directions).unwrap();
+            let sweep = Sweep::try_new(degrees(-90), degrees(90), directions).unwrap();
+            let pace = 180_000 / i32::from(directions - 1);
+            let least = BinaryAngle::from_millidegrees(pace - 10);
             for step in 0..u32::from(directions) {
                 for a in 0..heads {
                     for b in 0..a {
                         let apart = sweep
                             .direction(step, a, heads)
                             .separation(sweep.direction(step, b, heads));
-                        assert!(apart >= degrees(5), "{a} and {b} of {heads} at step {step}");
+                        assert!(apart >= least, "{a} and {b} of {heads} at step {step}");
                     }
                 }
             }
@@ -120,15 +125,14 @@ mod tests {
 
     #[test]
     fn every_head_looks_everywhere_once_a_sweep() {
-        let sweep = Sweep::try_new(degrees(-90), degrees(15), 13).unwrap();
+        let sweep = Sweep::try_new(degrees(-90), degrees(90), 13).unwrap();
         for slot in 0..3 {
             let mut seen = [false; 13];
             for step in 0..13 {
-                let turned = sweep
-                    .direction(step, slot, 3)
-                    .wrapping_sub(degrees(-90))
-                    .to_bits();
-                let index = usize::from(turned / degrees(15).to_bits());
+                let direction = sweep.direction(step, slot, 3);
+                let index = (0..13)
+                    .position(|i| direction == degrees(15 * i - 90))
+                    .unwrap();
                 assert!(!seen[index]);
                 seen[index] = true;
             }
@@ -137,14 +141,22 @@ mod tests {
     }
 
     #[test]
-    fn a_sweep_that_comes_round_is_refused() {
-        assert_eq!(
-            Sweep::try_new(degrees(0), degrees(30), 13),
-            Err(SweepError::OverATurn)
-        );
+    fn what_cannot_be_swept_is_refused() {
         assert_eq!(
             Sweep::try_new(degrees(0), degrees(30), 0),
             Err(SweepError::NoDirection)
         );
+        assert_eq!(
+            Sweep::try_new(degrees(9), degrees(9), 2),
+            Err(SweepError::TooDense)
+        );
+        assert!(Sweep::try_new(degrees(9), degrees(9), 1).is_ok());
+    }
+
+    #[test]
+    fn the_densest_and_widest_sweep_does_not_overflow() {
+        let widest = BinaryAngle::from_bits(u16::MAX);
+        let sweep = Sweep::try_new(BinaryAngle::ZERO, widest, u16::MAX).unwrap();
+        assert_eq!(sweep.direction(u32::from(u16::MAX) - 1, 0, 1), widest);
     }
 }
