@@ -1,7 +1,46 @@
-//! x
-#![no_std]
+//! Certainty grids that survive faulty range sensors, for microcontrollers.
+//!
+//! Three levels, one way, after [000] §2:
+//!
+//! | level | module | turns |
+//! |---|---|---|
+//! | transducer | [`transducer`] | a sensor's answer into a [`Reading`](transducer::Reading) that says why it is what it is |
+//! | fusion | [`fusion`], [`health`] | readings into a [`CertaintyGrid`](fusion::CertaintyGrid) and each sensor's [`Health`](health::Health) |
+//! | control | (to come) | an [`Environment`](fusion::Environment) into motion |
+//!
+//! | paper | is in |
+//! |---|---|
+//! | [000] §3.1 trimmed fusion | [`fusion::TrimmedGrid`] |
+//! | [000] §3.2, [001] §4 median selection | [`fusion::MedianGrid`] |
+//! | [001] §3 eq. 1, Bayes | [`fusion::BayesGrid`], [`fusion::LogOdds`] |
+//! | [001] §5 Fig. 3, AddToGrid | [`fusion::RobustGrid`] |
+//! | [001] §7, memory | [`fusion::owner_bytes`] |
+//! | [002] Fig. 1, data flow | [`fusion::Mapper`] |
+//!
+//! No heap, no clock, no I/O, no `unsafe`, no panic. The grid's path is integers only: the same
+//! readings give the same bits on a Cortex-M3 and on a workstation.
+#![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
+// Strict in what ships, not in tests: a test may unwrap, index and cast.
+#![cfg_attr(
+    not(test),
+    warn(
+        clippy::arithmetic_side_effects,
+        clippy::cast_possible_truncation,
+        clippy::cast_possible_wrap,
+        clippy::cast_sign_loss,
+        clippy::expect_used,
+        clippy::float_arithmetic,
+        clippy::indexing_slicing,
+        clippy::panic,
+        clippy::unreachable,
+        clippy::unwrap_used,
+    )
+)]
+
 pub mod certainty;
+pub mod fusion;
+pub mod health;
 pub mod sensor;
 pub mod transducer;
 pub mod units;

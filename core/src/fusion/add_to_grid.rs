@@ -1,0 +1,283 @@
+//! The arithmetic of AddToGrid ([001] Fig. 3), in integers.
+
+use crate::certainty::Certainty;
+use crate::health::Confidence;
+use core::fmt;
+use fixed::types::{I2F14, U0F16};
+
+/// What [001] Fig. 3 leaves open, before it is checked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct RobustConfig {
+    /// `CONFIRMATIONTHRESHOLD`: a comparison above it confirms.
+    pub confirmation: I2F14,
+    /// `CONTRADICTIONTHRESHOLD`: a comparison below it contradicts.
+    pub contradiction: I2F14,
+    /// `CONTRIBUTIONTHRESHOLD`: a contribution above it makes the sensor the owner.
+    pub contribution: I2F14,
+    /// How much a confirmation raises both confidences.
+    pub raise: U0F16,
+    /// How much a contradiction lowers both confidences; more than [`Self::raise`], because faults
+    /// are rare ([002] §4).
+    pub lower: U0F16,
+    /// No confidence falls below this.
+    pub floor: Confidence,
+    /// No confidence rises above this.
+    pub ceiling: Confidence,
+}
+
+impl RobustConfig {
+    /// A quarter for both comparisons: each side must, on average, be half way from *uncertain* to
+    /// sure. Nothing for the contribution: whoever is on the cell's side owns it. A contradiction
+    /// weighs 32 confirmations, because each beam frees many cells and hits one.
+    pub const DEFAULT: Self = Self {
+        confirmation: I2F14::from_bits(1 << 12),
+        contradiction: I2F14::from_bits(-(1 << 12)),
+        contribution: I2F14::from_bits(0),
+        raise: U0F16::from_bits(1 << 6),
+        lower: U0F16::from_bits(1 << 11),
+        floor: Confidence::from_bits(1 << 10),
+        ceiling: Confidence::FULL,
+    };
+}
+
+impl Default for RobustConfig {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// The checked [`RobustConfig`].
+///
+/// Possession proves that no comparison both confirms and contradicts, that confidence falls faster
+/// than it rises, and that its bounds leave room.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct RobustRules(RobustConfig);
+
+/// Why a configuration was refused.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum RobustConfigError {
+    /// The contradiction threshold is above the confirmation threshold.
+    Thresholds,
+    /// The step down is not larger than the step up, or there is no step up.
+    Steps,
+    /// The floor is not below the ceiling.
+    Bounds,
+}
+
+impl fmt::Display for RobustConfigError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Thresholds => "the contradiction threshold must not exceed the confirmation one",
+            Self::Steps => "confidence must fall by larger steps than it rises by, and rise at all",
+            Self::Bounds => "the lowest confidence must be below the highest",
+        })
+    }
+}
+
+impl core::error::Error for RobustConfigError {}
+
+/// What a comparison of a cell with a new measurement meant.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Verdict {
+    Confirmation,
+    Contradiction,
+    Insignificant,
+}
+
+impl RobustRules {
+    /// The rules of [`RobustConfig::DEFAULT`].
+    pub const DEFAULT: Self = Self(RobustConfig::DEFAULT);
+
+    /// Checks the configuration.
+    ///
+    /// # Errors
+    ///
+    /// [`RobustConfigError`] names what cannot be.
+    pub const fn try_new(config: RobustConfig) -> Result<Self, RobustConfigError> {
+        if config.contradiction.to_bits() > config.confirmation.to_bits() {
+            Err(RobustConfigError::Thresholds)
+        } else if config.raise.to_bits() == 0 || config.lower.to_bits() <= config.raise.to_bits() {
+            Err(RobustConfigError::Steps)
+        } else if config.floor.to_bits() >= config.ceiling.to_bits() {
+            Err(RobustConfigError::Bounds)
+        } else {
+            Ok(Self(config))
+        }
+    }
+
+    /// Returns the configuration.
+    #[must_use]
+    pub const fn config(&self) -> &RobustConfig {
+        &self.0
+    }
+
+    #[inline]
+    pub(super) fn verdict(&self, comparison: I2F14) -> Verdict {
+        if comparison > self.0.confirmation {
+            Verdict::Confirmation
+        } else if comparison < self.0.contradiction {
+            Verdict::Contradiction
+        } else {
+            Verdict::Insignificant
+        }
+    }
+
+    #[inline]
+    pub(super) fn contributes(&self, contribution: I2F14) -> bool {
+        contribution > self.0.contribution
+    }
+}
+
+impl Default for RobustRules {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// How far a cell and a measurement agree: `comparison` and `contribution` of [001] Fig. 3.
+///
+/// Formula: 4 · (occ − 0.5) · (measurement − 0.5). With deviations in 1/256 the product is the result
+/// in 1/2^14, exactly.
+///
+/// Range: −0.992 (free against occupied) to 1 (free and free).
+#[inline]
+pub(super) fn agreement(occ: Certainty, measurement: Certainty) -> I2F14 {
+    let product = i16::from(occ.deviation()).wrapping_mul(measurement.deviation().into());
+    I2F14::from_bits(product)
+}
+
+/// The new value of a cell: the mean of old value and measurement, each weighted by its distance from
+/// *uncertain* and by its sensor's confidence.
+///
+/// Formula ([001] Fig. 3): (occ · weight1 + measurement · weight2) / (weight1 + weight2), with
+/// weight = |value − 0.5| · conf; the plain mean where both weights are equal. Rounds to the nearest
+/// step of 1/256, ties up.
+///
+/// Range: a weight is at most 128 · 65535, a numerator with its rounding at most 255.5 · 2 of them,
+/// 4 286 513 280, which 32 bits hold.
+#[inline]
+pub(super) fn weighted_mean(
+    occ: Certainty,
+    owner: Confidence,
+    measurement: Certainty,
+    sensor: Confidence,
+) -> Certainty {
+    let weight = |value: Certainty, confidence: Confidence| {
+        u32::from(value.deviation().unsigned_abs()).wrapping_mul(confidence.to_bits().into())
+    };
+    let (weight1, weight2) = (weight(occ, owner), weight(measurement, sensor));
+    let (occ, measurement) = (u32::from(occ.to_bits()), u32::from(measurement.to_bits()));
+    // Equal weights come first, and not only for speed: both may be zero.
+    let mean = if weight1 == weight2 {
+        occ.wrapping_add(measurement).wrapping_add(1) >> 1
+    } else {
+        let total = weight1.wrapping_add(weight2);
+        let sum = occ
+            .wrapping_mul(weight1)
+            .wrapping_add(measurement.wrapping_mul(weight2))
+            .wrapping_add(total >> 1);
+        // Different weights are not both zero.
+        sum.checked_div(total).unwrap_or(occ)
+    };
+    Certainty::from_bits(mean as u8)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// [001] Fig. 3 in real numbers, 0 to 1 in steps of 1/256, rounded once at the end.
+    fn naive_mean(occ: u8, conf1: u16, measurement: u8, conf2: u16) -> u8 {
+        let (occ, measurement) = (f64::from(occ), f64::from(measurement));
+        let weight1 = (occ - 128.0).abs() * f64::from(conf1);
+        let weight2 = (measurement - 128.0).abs() * f64::from(conf2);
+        let mean = if weight1 == weight2 {
+            f64::midpoint(occ, measurement)
+        } else {
+            (occ * weight1 + measurement * weight2) / (weight1 + weight2)
+        };
+        (mean + 0.5).floor() as u8
+    }
+
+    #[test]
+    fn the_mean_is_the_figures_for_all_values_at_many_confidences() {
+        let confidences = [0, 1, 2, 1 << 10, 20_000, 1 << 15, 65_534, u16::MAX];
+        for (conf1, conf2) in confidences
+            .iter()
+            .flat_map(|&a| confidences.map(|b| (a, b)))
+        {
+            for (occ, measurement) in (0..=u8::MAX).flat_map(|a| (0..=u8::MAX).map(move |b| (a, b)))
+            {
+                let mean = weighted_mean(
+                    Certainty::from_bits(occ),
+                    Confidence::from_bits(conf1),
+                    Certainty::from_bits(measurement),
+                    Confidence::from_bits(conf2),
+                );
+                let naive = naive_mean(occ, conf1, measurement, conf2);
+                assert_eq!(
+                    mean.to_bits(),
+                    naive,
+                    "{occ} at {conf1}, {measurement} at {conf2}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn agreement_is_the_figures_for_all_values() {
+        for (a, b) in (0..=u8::MAX).flat_map(|a| (0..=u8::MAX).map(move |b| (a, b))) {
+            let exact = 4.0 * (f64::from(a) / 256.0 - 0.5) * (f64::from(b) / 256.0 - 0.5);
+            let agreement = agreement(Certainty::from_bits(a), Certainty::from_bits(b));
+            assert_eq!(agreement.to_num::<f64>(), exact);
+        }
+    }
+
+    #[test]
+    fn the_default_configuration_passes_its_own_check() {
+        assert_eq!(
+            RobustRules::try_new(RobustConfig::DEFAULT),
+            Ok(RobustRules::DEFAULT)
+        );
+    }
+
+    #[test]
+    fn what_cannot_be_is_refused() {
+        let base = RobustConfig::DEFAULT;
+        let crossed = RobustConfig {
+            contradiction: I2F14::ONE,
+            ..base
+        };
+        assert_eq!(
+            RobustRules::try_new(crossed),
+            Err(RobustConfigError::Thresholds)
+        );
+        let forgiving = RobustConfig {
+            lower: base.raise,
+            ..base
+        };
+        assert_eq!(
+            RobustRules::try_new(forgiving),
+            Err(RobustConfigError::Steps)
+        );
+        let hopeless = RobustConfig {
+            raise: U0F16::ZERO,
+            ..base
+        };
+        assert_eq!(
+            RobustRules::try_new(hopeless),
+            Err(RobustConfigError::Steps)
+        );
+        let no_room = RobustConfig {
+            ceiling: base.floor,
+            ..base
+        };
+        assert_eq!(
+            RobustRules::try_new(no_room),
+            Err(RobustConfigError::Bounds)
+        );
+    }
+}

@@ -1,0 +1,285 @@
+//! Spatial interpretation: what a reading says about the cells in its beam.
+
+use super::{Cell, Geometry, Ray, cone};
+use crate::certainty::Certainty;
+use crate::transducer::Reading;
+use crate::units::{BinaryAngle, Millimeters, Point};
+use core::fmt;
+use fixed::types::U0F16;
+
+/// What the cells behind an echo are told.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Behind {
+    /// Nothing: they are left alone.
+    Untouched,
+    /// That they are uncertain, up to the sensor's range, as [001] Fig. 1(b) draws them.
+    ///
+    /// To eq. 1 that is neutral; to the robust and the median grid it is a voice: it takes back what
+    /// a sensor freed that saw no object.
+    Uncertain,
+}
+
+/// The parameters of a [`BeamModel`], before they are checked.
+///
+/// No paper gives them; the defaults are those of a sensor that is exact and narrow.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct BeamConfig {
+    /// How far the sensor sees. *No object* frees up to here.
+    pub farthest: Millimeters,
+    /// Half of the occupied spread around an echo, as a fraction of its distance: the accuracy of
+    /// [001] Table 1.
+    pub accuracy: U0F16,
+    /// Half of the beam's opening angle; zero for a narrow beam. Below a quarter turn.
+    pub half_width: BinaryAngle,
+    /// Half of the angle in which a wide beam frees cells.
+    ///
+    /// Narrower than [`Self::half_width`], because at a cone's edge a sensor hears little: *no echo*
+    /// from there says little, and a neighbour's obstacle must survive it.
+    pub half_clear: BinaryAngle,
+    /// What cells before the echo are told; below *uncertain*.
+    pub free: Certainty,
+    /// What the cell at the echo is told; above *uncertain*.
+    pub occupied: Certainty,
+    /// What cells behind the echo are told.
+    pub behind: Behind,
+}
+
+impl BeamConfig {
+    /// An exact, narrow beam that sees `farthest`, with the certainties of [001] Fig. 1(b).
+    #[must_use]
+    pub const fn narrow(farthest: Millimeters) -> Self {
+        Self {
+            farthest,
+            accuracy: U0F16::ZERO,
+            half_width: BinaryAngle::ZERO,
+            half_clear: BinaryAngle::ZERO,
+            free: Certainty::FREE,
+            occupied: Certainty::OCCUPIED,
+            behind: Behind::Uncertain,
+        }
+    }
+
+    /// A wide beam that sees `farthest` and opens by `half_width` to each side; it frees the inner
+    /// half.
+    ///
+    /// An arc of echoes is far wider than the object, so it is told less than *occupied*.
+    #[must_use]
+    pub const fn cone(farthest: Millimeters, half_width: BinaryAngle) -> Self {
+        Self {
+            half_width,
+            half_clear: BinaryAngle::from_bits(half_width.to_bits() / 2),
+            behind: Behind::Untouched,
+            ..Self::narrow(farthest)
+        }
+    }
+}
+
+/// How one kind of sensor's readings are spread over cells; the checked [`BeamConfig`].
+///
+/// Possession proves that the beam is shorter than the plane and narrower than half a turn, and that
+/// *free*, *uncertain* and *occupied* are in this order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct BeamModel {
+    pub(super) config: BeamConfig,
+}
+
+/// Why a beam model was refused.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum BeamError {
+    /// The range is zero or above [`Point::LIMIT`].
+    Range,
+    /// The half width reaches a quarter turn, or the clear part is wider than the beam.
+    Width,
+    /// *Free* is not below *uncertain*, or *occupied* not above it.
+    Certainties,
+}
+
+impl fmt::Display for BeamError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Range => "a beam's range must be above zero and at most 268 km",
+            Self::Width => "a beam's half width must be below 90 degrees and its clear part inside",
+            Self::Certainties => "free must be below 128 and occupied above it",
+        })
+    }
+}
+
+impl core::error::Error for BeamError {}
+
+impl BeamModel {
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    ///
+    /// [`BeamError`] names what cannot be.
+    pub const fn try_new(config: BeamConfig) -> Result<Self, BeamError> {
+        let farthest = config.farthest.get();
+        let width = config.half_width.to_bits();
+        if farthest == 0 || farthest > Point::LIMIT.unsigned_abs() {
+            Err(BeamError::Range)
+        } else if width >= BinaryAngle::QUARTER.to_bits() || config.half_clear.to_bits() > width {
+            Err(BeamError::Width)
+        } else if config.free.deviation() >= 0 || config.occupied.deviation() <= 0 {
+            Err(BeamError::Certainties)
+        } else {
+            Ok(Self { config })
+        }
+    }
+
+    /// Returns the parameters.
+    #[must_use]
+    pub const fn config(&self) -> &BeamConfig {
+        &self.config
+    }
+
+    /// Half of the occupied spread around an echo at `distance`.
+    pub(super) fn spread(&self, distance: Millimeters) -> Millimeters {
+        // A product of 32 and 16 bits, rounded down: a spread below a millimetre is none.
+        let wide = u64::from(distance.get()).wrapping_mul(self.config.accuracy.to_bits().into());
+        Millimeters::new((wide >> U0F16::FRAC_NBITS) as u32)
+    }
+}
+
+/// A reading with its place: one beam in the map's frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Beam {
+    /// Where the beam starts.
+    pub origin: Point,
+    /// Which way it goes.
+    pub bearing: BinaryAngle,
+    /// What came back.
+    pub reading: Reading,
+}
+
+impl Beam {
+    /// Calls `tell` with each cell that the reading says something about, and with what it says.
+    ///
+    /// Every cell is told once. A narrow beam visits its cells in order of distance, a cone row
+    /// after row from the lowest; a fixed order is what makes a run reproducible ([001] §7).
+    /// *Too near* and *missing* say nothing about any cell.
+    ///
+    /// Cost: a narrow beam visits the cells on its line inside the grid; a cone those in the box
+    /// around it.
+    #[inline]
+    pub fn interpret(
+        &self,
+        geometry: &Geometry,
+        model: &BeamModel,
+        tell: &mut impl FnMut(Cell, Certainty),
+    ) {
+        let echo = match self.reading {
+            Reading::Echo(distance) => Some(distance),
+            Reading::NoObject => None,
+            Reading::TooNear | Reading::Missing(_) => return,
+        };
+        if model.config.half_width != BinaryAngle::ZERO {
+            cone::interpret(self, echo, geometry, model, tell);
+        } else if let Some(distance) = echo {
+            self.narrow_echo(distance, geometry, model, tell);
+        } else {
+            let end = self.ahead(model.config.farthest);
+            for cell in Ray::new(geometry, self.origin, end) {
+                tell(cell, model.config.free);
+            }
+        }
+    }
+
+    fn ahead(&self, distance: Millimeters) -> Point {
+        self.origin.ahead(self.bearing.direction(), distance)
+    }
+
+    /// Free up to the echo, occupied at it, and behind it what the model says.
+    fn narrow_echo(
+        &self,
+        distance: Millimeters,
+        geometry: &Geometry,
+        model: &BeamModel,
+        tell: &mut impl FnMut(Cell, Certainty),
+    ) {
+        let BeamModel { config } = model;
+        let spread = model.spread(distance);
+        let hit = self.ahead(distance);
+        let hit_cell = geometry.cell_at(hit);
+
+        // Two rays that share the cell of the echo: up to it, and on from it.
+        let fade = Fade::new(distance, spread, config.occupied);
+        let first_of_spread = fade.measure(distance.saturating_sub(spread));
+        let mut ray = Ray::new(geometry, self.origin, hit);
+        loop {
+            let along = ray.along();
+            let Some(cell) = ray.next() else { break };
+            if Some(cell) == hit_cell {
+                tell(cell, config.occupied);
+            } else if along < first_of_spread {
+                tell(cell, config.free);
+            } else {
+                tell(cell, fade.at(fade.measure(distance).saturating_sub(along)));
+            }
+        }
+
+        let beyond = match config.behind {
+            Behind::Untouched => spread,
+            Behind::Uncertain => config.farthest.saturating_sub(distance),
+        };
+        if beyond == Millimeters::ZERO {
+            return;
+        }
+        let fade = Fade::new(beyond, spread, config.occupied);
+        let last_of_spread = fade.measure(spread);
+        let mut ray = Ray::new(geometry, hit, self.ahead(distance.saturating_add(beyond)));
+        loop {
+            let along = ray.along();
+            let Some(cell) = ray.next() else { break };
+            if Some(cell) == hit_cell {
+                continue;
+            }
+            if along <= last_of_spread {
+                tell(cell, fade.at(along));
+            } else if config.behind == Behind::Uncertain {
+                tell(cell, Certainty::UNCERTAIN);
+            }
+        }
+    }
+}
+
+/// The occupied spread along one ray: from *occupied* at the echo linearly to *uncertain*.
+///
+/// Works in the ray's own measure, millimetres times four times the ray's length.
+struct Fade {
+    per_mm: i64,
+    spread: i64,
+    peak: i64,
+}
+
+impl Fade {
+    fn new(ray: Millimeters, spread: Millimeters, occupied: Certainty) -> Self {
+        let per_mm = i64::from(ray.get()).saturating_mul(4);
+        Self {
+            per_mm,
+            spread: per_mm.saturating_mul(spread.get().into()),
+            peak: occupied.deviation().into(),
+        }
+    }
+
+    /// A distance along the ray in the ray's own measure.
+    fn measure(&self, distance: Millimeters) -> i64 {
+        self.per_mm.saturating_mul(distance.get().into())
+    }
+
+    /// What a cell this far from the echo is told; rounds towards *uncertain*.
+    fn at(&self, away: i64) -> Certainty {
+        let left = self.spread.saturating_sub(away.saturating_abs()).max(0);
+        // The left part over the spread, in 1/256: at most 2^60 >> 8 before the product.
+        let part = left
+            .checked_div((self.spread >> 8).max(1))
+            .unwrap_or(0)
+            .min(256);
+        let deviation = self.peak.saturating_mul(part) >> 8;
+        Certainty::from_deviation(deviation.clamp(0, 127) as i8)
+    }
+}

@@ -1,0 +1,183 @@
+//! Spatial interpretation of a beam with a width, as an ultrasonic ranger has.
+
+use super::{Beam, BeamModel, Behind, Cell, Geometry};
+use crate::certainty::Certainty;
+use crate::units::{BinaryAngle, Direction, Millimeters, Point};
+use core::num::Wrapping;
+
+/// Calls `tell` with each cell of the cone that the reading says something about.
+///
+/// A cell belongs to the cone if its centre is at most half a cell outside. What it is told fades with
+/// the square of its angle from the axis, from all at the axis to *uncertain* at the edge: the shape
+/// that Elfes gave sonar. *Free* has a narrower edge than *occupied*, so that neighbouring cones do
+/// not erase each other's obstacles.
+pub(super) fn interpret(
+    beam: &Beam,
+    echo: Option<Millimeters>,
+    geometry: &Geometry,
+    model: &BeamModel,
+    tell: &mut impl FnMut(Cell, Certainty),
+) {
+    let config = &model.config;
+    let cone = Cone::new(beam, geometry, config.half_width);
+    let clear = Cone::new(beam, geometry, config.half_clear);
+    let half_cell = i64::from(geometry.cell_size().get()) / 2;
+
+    // The arc of the echo: between `near` and `far`.
+    let (near, far, reach) = match echo {
+        None => (i64::from(config.farthest.get()), i64::MAX, config.farthest),
+        Some(distance) => {
+            let half_arc = half_cell.max(model.spread(distance).get().into());
+            let at = i64::from(distance.get());
+            let far = at.saturating_add(half_arc);
+            let reach = match config.behind {
+                Behind::Untouched => Millimeters::new(u32::try_from(far).unwrap_or(u32::MAX)),
+                Behind::Uncertain => config.farthest,
+            };
+            (at.saturating_sub(half_arc), far, reach)
+        }
+    };
+
+    let Some((columns, rows)) = cone.bounds(beam, geometry, reach) else {
+        return;
+    };
+    let reach = i64::from(reach.get());
+    for row in rows {
+        for column in columns.clone() {
+            let cell = geometry.cell_inside(column, row);
+            let center = geometry.center(cell);
+            let Some(place) = cone.place(center) else {
+                continue;
+            };
+            if place.distance > reach {
+                continue;
+            }
+            if place.distance > far {
+                tell(cell, Certainty::UNCERTAIN);
+                continue;
+            }
+            let told = if place.distance < near {
+                clear
+                    .place(center)
+                    .map(|inner| faded(config.free, inner.off_axis))
+            } else {
+                echo.map(|_| faded(config.occupied, place.off_axis))
+            };
+            // At the edge the cone says nothing.
+            if let Some(certainty) = told.filter(|&told| told != Certainty::UNCERTAIN) {
+                tell(cell, certainty);
+            }
+        }
+    }
+}
+
+/// `certainty`, weakened by the square of how far off the axis the cell is; rounds towards
+/// *uncertain*.
+fn faded(certainty: Certainty, off_axis: i64) -> Certainty {
+    let off = off_axis.clamp(0, 256);
+    let kept = 65_536_i64.saturating_sub(off.saturating_mul(off));
+    let deviation = i64::from(certainty.deviation())
+        .saturating_mul(kept)
+        .checked_div(65_536);
+    Certainty::from_deviation(deviation.unwrap_or(0).clamp(-128, 127) as i8)
+}
+
+/// A sector with its axis, in the map's frame.
+struct Cone {
+    origin: Point,
+    axis: Direction,
+    edge: Direction,
+    half_width: BinaryAngle,
+    half_cell: i64,
+}
+
+/// Where a cell's centre lies in a cone.
+struct Place {
+    /// From the apex, in millimetres.
+    distance: i64,
+    /// 0 on the axis, 256 at the edge or beyond.
+    off_axis: i64,
+}
+
+impl Cone {
+    fn new(beam: &Beam, geometry: &Geometry, half_width: BinaryAngle) -> Self {
+        Self {
+            origin: beam.origin,
+            axis: beam.bearing.direction(),
+            edge: half_width.direction(),
+            half_width,
+            half_cell: i64::from(geometry.cell_size().get()) / 2,
+        }
+    }
+
+    /// Where `center` lies in the cone, or `None` if more than half a cell outside it.
+    fn place(&self, center: Point) -> Option<Place> {
+        let part = |mm: i32, origin: i32| Wrapping(i64::from(mm).wrapping_sub(i64::from(origin)));
+        let x = part(center.x_mm(), self.origin.x_mm());
+        let y = part(center.y_mm(), self.origin.y_mm());
+        let (cos, sin) = (
+            Wrapping(i64::from(self.axis.cos())),
+            Wrapping(i64::from(self.axis.sin())),
+        );
+        // At most 2^30 mm times 2^30, twice: 61 bits.
+        const FRACTION: usize = Direction::FRACTION_BITS as usize;
+        let along = (x * cos + y * sin) >> FRACTION;
+        let across = Wrapping(((y * cos - x * sin) >> FRACTION).0.saturating_abs());
+        if along.0 < 0 {
+            return None;
+        }
+        // tan(off axis) ≤ tan(half width), both sides times both cosines, half a cell to spare.
+        let (edge_cos, edge_sin) = (
+            Wrapping(i64::from(self.edge.cos())),
+            Wrapping(i64::from(self.edge.sin())),
+        );
+        let limit = along * edge_sin;
+        let reached = across * edge_cos;
+        if reached > limit + Wrapping(self.half_cell) * edge_cos {
+            return None;
+        }
+        let unit = (limit.0 >> 8).max(1);
+        let square = (along * along + across * across).0;
+        Some(Place {
+            distance: square.checked_isqrt().unwrap_or(0),
+            off_axis: reached.0.checked_div(unit).unwrap_or(256).min(256),
+        })
+    }
+
+    /// The columns and rows of the box around the cone, clipped to the grid; `None` if outside.
+    fn bounds(
+        &self,
+        beam: &Beam,
+        geometry: &Geometry,
+        reach: Millimeters,
+    ) -> Option<(core::ops::Range<u32>, core::ops::Range<u32>)> {
+        // A sector's box is spanned by its apex, the ends of its edges, and where its arc meets the
+        // axes of the map.
+        let corners = [
+            Some(beam.bearing.wrapping_add(self.half_width)),
+            Some(beam.bearing.wrapping_sub(self.half_width)),
+        ];
+        let poles = [0_u16, 0x4000, 0x8000, 0xC000].map(|bits| {
+            let pole = BinaryAngle::from_bits(bits);
+            (pole.separation(beam.bearing) <= self.half_width).then_some(pole)
+        });
+        let (mut low, mut high) = (self.origin, self.origin);
+        for direction in corners.into_iter().chain(poles).flatten() {
+            let tip = self.origin.ahead(direction.direction(), reach);
+            low = Point::from_mm(low.x_mm().min(tip.x_mm()), low.y_mm().min(tip.y_mm()));
+            high = Point::from_mm(high.x_mm().max(tip.x_mm()), high.y_mm().max(tip.y_mm()));
+        }
+        let (first, last) = (geometry.address(low), geometry.address(high));
+        // One cell more on each side for the half cell that a cone is widened by.
+        let clipped = |first: i64, last: i64, cells: u16| {
+            let first = first.saturating_sub(1).max(0);
+            let end = last.saturating_add(2).min(cells.into());
+            let (first, end) = (u32::try_from(first).ok()?, u32::try_from(end).ok()?);
+            (first < end).then_some(first..end)
+        };
+        Some((
+            clipped(first.0, last.0, geometry.columns())?,
+            clipped(first.1, last.1, geometry.rows())?,
+        ))
+    }
+}

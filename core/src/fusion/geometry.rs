@@ -1,0 +1,330 @@
+//! Where a grid lies and which cell holds a place.
+
+use crate::units::{Millimeters, Point};
+use core::fmt;
+
+/// One cell of a grid.
+///
+/// Possession proves that the cell lies inside the grid whose [`Geometry`] made it: there is no other
+/// way to get one. In another grid the same cell may lie outside; there it reads as uncertain and is
+/// never written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Cell(u32);
+
+impl Cell {
+    /// Returns the cell's place in storage: row after row from the lowest, each from the left.
+    #[must_use]
+    pub const fn index(self) -> usize {
+        self.0 as usize
+    }
+
+    /// Creates the cell at `index`, which the caller knows to be inside its grid.
+    pub(crate) const fn from_index(index: u32) -> Self {
+        Self(index)
+    }
+}
+
+/// A grid's width, height, cell size and place: its shape, without its contents.
+///
+/// Possession proves that there is at least one cell and that the whole grid spans at most
+/// [`Geometry::MAX_SPAN`], so that no coordinate inside it overflows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Geometry {
+    columns: u16,
+    rows: u16,
+    cell: u32,
+    corner: Point,
+}
+
+/// Why a geometry was refused.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum GeometryError {
+    /// There is no column, no row, or the cells have no size.
+    Empty,
+    /// A side is longer than [`Geometry::MAX_SPAN`].
+    TooLarge,
+}
+
+impl fmt::Display for GeometryError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Empty => "a grid needs a column, a row and a cell size above zero",
+            Self::TooLarge => "a grid's side may be 268 km at most",
+        })
+    }
+}
+
+impl core::error::Error for GeometryError {}
+
+impl Geometry {
+    /// Longest side, in millimetres: 2^28.
+    pub const MAX_SPAN: u32 = 1 << 28;
+
+    /// Creates the geometry of `columns` by `rows` cells of side `cell`, its lower left corner at
+    /// the lower left corner of `corner`.
+    ///
+    /// # Errors
+    ///
+    /// [`GeometryError`] says which limit is broken.
+    ///
+    /// # Examples
+    ///
+    /// The grid of [001] §6.1, refused at compile time if it could not be:
+    ///
+    /// ```
+    /// use certainty_core::fusion::Geometry;
+    /// use certainty_core::units::{Millimeters, Point};
+    ///
+    /// const SMART_CAR: Geometry =
+    ///     match Geometry::try_new(17, 11, Millimeters::new(100), Point::from_mm(-850, 0)) {
+    ///         Ok(geometry) => geometry,
+    ///         Err(_) => panic!("no such grid"),
+    ///     };
+    /// assert_eq!(SMART_CAR.cells(), 187);
+    /// ```
+    pub const fn try_new(
+        columns: u16,
+        rows: u16,
+        cell: Millimeters,
+        corner: Point,
+    ) -> Result<Self, GeometryError> {
+        if columns == 0 || rows == 0 || cell.get() == 0 {
+            return Err(GeometryError::Empty);
+        }
+        let longest = if columns > rows { columns } else { rows };
+        match cell.get().checked_mul(longest as u32) {
+            Some(span) if span <= Self::MAX_SPAN => Ok(Self {
+                columns,
+                rows,
+                cell: cell.get(),
+                corner,
+            }),
+            _ => Err(GeometryError::TooLarge),
+        }
+    }
+
+    /// Returns the number of columns.
+    #[must_use]
+    pub const fn columns(&self) -> u16 {
+        self.columns
+    }
+
+    /// Returns the number of rows.
+    #[must_use]
+    pub const fn rows(&self) -> u16 {
+        self.rows
+    }
+
+    /// Returns the number of cells.
+    #[must_use]
+    pub const fn cells(&self) -> u32 {
+        (self.columns as u32).wrapping_mul(self.rows as u32)
+    }
+
+    /// Returns the side of a cell.
+    #[must_use]
+    pub const fn cell_size(&self) -> Millimeters {
+        Millimeters::new(self.cell)
+    }
+
+    /// Returns the lower left corner of the grid.
+    #[must_use]
+    pub const fn corner(&self) -> Point {
+        self.corner
+    }
+
+    /// Returns the cell in `column`, counted from the left, and `row`, counted from the lowest.
+    #[must_use]
+    pub const fn cell(&self, column: u16, row: u16) -> Option<Cell> {
+        if column < self.columns && row < self.rows {
+            Some(self.cell_inside(column as u32, row as u32))
+        } else {
+            None
+        }
+    }
+
+    /// Returns the cell that holds `place`, if the grid reaches there.
+    ///
+    /// ```
+    /// # use certainty_core::fusion::Geometry;
+    /// # use certainty_core::units::{Millimeters, Point};
+    /// # let grid = Geometry::try_new(17, 11, Millimeters::new(100), Point::from_mm(-850, 0))?;
+    /// assert_eq!(grid.cell_at(Point::from_mm(-850, 0)), grid.cell(0, 0));
+    /// assert_eq!(grid.cell_at(Point::from_mm(-851, 0)), None); // just left of it: no wrap
+    /// # Ok::<(), certainty_core::fusion::GeometryError>(())
+    /// ```
+    #[must_use]
+    pub const fn cell_at(&self, place: Point) -> Option<Cell> {
+        let (column, row) = self.address(place);
+        if 0 <= column && column < self.columns as i64 && 0 <= row && row < self.rows as i64 {
+            Some(self.cell_inside(column as u32, row as u32))
+        } else {
+            None
+        }
+    }
+
+    /// Returns the column and row of `cell`, counted from the lower left.
+    #[must_use]
+    pub const fn column_and_row(&self, cell: Cell) -> (u16, u16) {
+        let columns = self.columns as u32;
+        match (cell.0.checked_rem(columns), cell.0.checked_div(columns)) {
+            (Some(column), Some(row)) => (column as u16, row as u16),
+            _ => (0, 0), // there is a column
+        }
+    }
+
+    /// Returns the place in the middle of `cell`; of an even number of millimetres the upper right.
+    #[must_use]
+    pub const fn center(&self, cell: Cell) -> Point {
+        let (column, row) = self.column_and_row(cell);
+        let half = self.cell / 2;
+        let x = (column as u32).wrapping_mul(self.cell).wrapping_add(half);
+        let y = (row as u32).wrapping_mul(self.cell).wrapping_add(half);
+        Point::from_mm(
+            self.corner.x_mm().saturating_add_unsigned(x),
+            self.corner.y_mm().saturating_add_unsigned(y),
+        )
+    }
+
+    /// Returns every cell, row after row from the lowest, each from the left.
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = Cell> + DoubleEndedIterator + use<> {
+        IndexRange(0..self.cells())
+    }
+
+    /// The column and row of a place, which may lie outside.
+    pub(crate) const fn address(&self, place: Point) -> (i64, i64) {
+        let x = (place.x_mm() as i64).wrapping_sub(self.corner.x_mm() as i64);
+        let y = (place.y_mm() as i64).wrapping_sub(self.corner.y_mm() as i64);
+        (self.border_before(x), self.border_before(y))
+    }
+
+    /// The number of whole cells below an offset from the corner.
+    pub(crate) const fn border_before(&self, offset: i64) -> i64 {
+        // The cell size is above zero and no offset is i64::MIN.
+        match offset.checked_div_euclid(self.cell as i64) {
+            Some(cells) => cells,
+            None => 0,
+        }
+    }
+
+    /// The cell of a column and row known to be inside.
+    pub(crate) const fn cell_inside(&self, column: u32, row: u32) -> Cell {
+        Cell(row.wrapping_mul(self.columns as u32).wrapping_add(column))
+    }
+}
+
+/// The indices of a grid's cells as cells.
+struct IndexRange(core::ops::Range<u32>);
+
+impl Iterator for IndexRange {
+    type Item = Cell;
+
+    fn next(&mut self) -> Option<Cell> {
+        self.0.next().map(Cell)
+    }
+
+    fn size_hint(&self) -> (usize, Option<usize>) {
+        let left = self.0.end.saturating_sub(self.0.start) as usize;
+        (left, Some(left))
+    }
+}
+
+impl DoubleEndedIterator for IndexRange {
+    fn next_back(&mut self) -> Option<Cell> {
+        self.0.next_back().map(Cell)
+    }
+}
+
+impl ExactSizeIterator for IndexRange {}
+
+/// What knows a geometry: a [`Geometry`] itself, or a type whose geometry is a constant.
+///
+/// A grid is a shape plus storage. On a microcontroller the shape is a zero-sized type, so that the
+/// compiler folds the grid's width into the code and the grid takes its cells' bytes and no more; on
+/// the host it is a [`Geometry`] chosen at run time. Both take the same path.
+///
+/// ```
+/// use certainty_core::fusion::{Geometry, Shape};
+/// use certainty_core::units::{Millimeters, Point};
+///
+/// #[derive(Clone, Copy)]
+/// struct Yard;
+///
+/// impl Shape for Yard {
+///     fn geometry(&self) -> Geometry {
+///         const {
+///             match Geometry::try_new(40, 20, Millimeters::new(50), Point::ORIGIN) {
+///                 Ok(geometry) => geometry,
+///                 Err(_) => panic!("no such grid"),
+///             }
+///         }
+///     }
+/// }
+/// assert_eq!(size_of::<Yard>(), 0);
+/// ```
+pub trait Shape {
+    /// Returns the geometry; always the same one.
+    fn geometry(&self) -> Geometry;
+}
+
+impl Shape for Geometry {
+    fn geometry(&self) -> Geometry {
+        *self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn paper_grid() -> Geometry {
+        Geometry::try_new(17, 11, Millimeters::new(100), Point::from_mm(-850, 0)).unwrap()
+    }
+
+    #[test]
+    fn a_cell_is_where_its_center_is() {
+        let grid = paper_grid();
+        assert_eq!(grid.iter().len(), 187);
+        for (index, cell) in grid.iter().enumerate() {
+            assert_eq!(cell.index(), index);
+            assert_eq!(grid.cell_at(grid.center(cell)), Some(cell));
+            let (column, row) = grid.column_and_row(cell);
+            assert_eq!(grid.cell(column, row), Some(cell));
+        }
+    }
+
+    #[test]
+    fn no_cell_exists_outside() {
+        let grid = paper_grid();
+        assert_eq!(grid.cell(17, 0), None);
+        assert_eq!(grid.cell(0, 11), None);
+        for (x, y) in [
+            (850, 0),
+            (-851, 0),
+            (0, -1),
+            (0, 1100),
+            (i32::MIN, i32::MAX),
+        ] {
+            assert_eq!(grid.cell_at(Point::from_mm(x, y)), None, "({x}, {y})");
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_is_refused() {
+        let at = |columns, rows, cell| {
+            Geometry::try_new(columns, rows, Millimeters::new(cell), Point::ORIGIN)
+        };
+        assert_eq!(at(0, 1, 1), Err(GeometryError::Empty));
+        assert_eq!(at(1, 0, 1), Err(GeometryError::Empty));
+        assert_eq!(at(1, 1, 0), Err(GeometryError::Empty));
+        assert_eq!(
+            at(5, 1, Geometry::MAX_SPAN / 4),
+            Err(GeometryError::TooLarge)
+        );
+        assert_eq!(at(u16::MAX, 1, u32::MAX), Err(GeometryError::TooLarge));
+        assert!(at(u16::MAX, u16::MAX, 4096).is_ok());
+    }
+}

@@ -1,0 +1,88 @@
+//! What every certainty grid can do, whatever its fusion.
+
+use super::{Cell, Geometry};
+use crate::certainty::Certainty;
+use crate::health::Health;
+use crate::sensor::SensorId;
+use core::fmt;
+
+/// What one sensor says about one cell: `sensor.measurement` of [001] Fig. 3.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Measurement {
+    /// Who says so.
+    pub sensor: SensorId,
+    /// What the cell is, going by this sensor alone.
+    pub certainty: Certainty,
+}
+
+/// A certainty grid: a shape, storage, and a way to fuse what sensors say.
+///
+/// The four ways differ in what they need to survive a faulty sensor:
+///
+/// | grid | survives | needs a cell | depends on order |
+/// |---|---|---|---|
+/// | [`BayesGrid`](super::BayesGrid) | single wrong readings | 1 byte | no |
+/// | [`RobustGrid`](super::RobustGrid) | a wrong sensor, attenuated; learns which | 1 byte and an owner | yes |
+/// | [`TrimmedGrid`](super::TrimmedGrid) | t wrong sensors, where 2t + 1 see the cell | 1 byte a sensor | no |
+/// | [`MedianGrid`](super::MedianGrid) | any minority of wrong sensors | 1 byte a sensor | no |
+pub trait CertaintyGrid {
+    /// Returns where the grid lies and how it is divided.
+    fn geometry(&self) -> Geometry;
+
+    /// Adds what one sensor says about one cell.
+    ///
+    /// `sensors` holds every sensor's health in the order of their numbers; a grid that compares
+    /// sensors reads confidences there and writes what it found. A sensor that the grid has no room
+    /// for, or that `sensors` does not list, is not added.
+    fn add(&mut self, cell: Cell, measurement: Measurement, sensors: &mut [Health]);
+
+    /// Returns the belief that `cell` is occupied; fused on demand where the grid keeps each
+    /// sensor's word apart.
+    fn certainty(&self, cell: Cell) -> Certainty;
+
+    /// Returns the bytes of storage that the cells and their owners take ([001] §7).
+    fn memory_bytes(&self) -> usize;
+}
+
+/// The storage that was handed to a grid does not have the size that the grid's shape takes.
+///
+/// Hands the storage back.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct WrongStorage<S> {
+    /// The bytes that the shape takes.
+    pub needed: usize,
+    /// The storage that was handed in.
+    pub storage: S,
+}
+
+impl<S> fmt::Debug for WrongStorage<S> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("WrongStorage")
+            .field("needed", &self.needed)
+            .finish_non_exhaustive()
+    }
+}
+
+impl<S> fmt::Display for WrongStorage<S> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "this grid needs exactly {} bytes of storage",
+            self.needed
+        )
+    }
+}
+
+impl<S> core::error::Error for WrongStorage<S> {}
+
+/// Returns `storage` filled with zeros, if it has exactly `needed` bytes.
+pub(super) fn zeroed<S: AsMut<[u8]>>(mut storage: S, needed: usize) -> Result<S, WrongStorage<S>> {
+    if storage.as_mut().len() == needed {
+        storage.as_mut().fill(0);
+        Ok(storage)
+    } else {
+        Err(WrongStorage { needed, storage })
+    }
+}

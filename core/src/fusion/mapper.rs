@@ -1,0 +1,124 @@
+//! The fusion level: readings in, a map and the sensors' health out.
+
+use super::{Beam, BeamModel, CertaintyGrid, Environment, Measurement};
+use crate::health::{Health, HealthRules};
+use crate::sensor::SensorId;
+use crate::units::Ticks;
+use core::fmt;
+
+/// A grid with the health of the sensors that fill it.
+///
+/// Data flows one way ([002] Fig. 1): a reading is recorded, interpreted as cells, each cell is added
+/// to the grid, and the sensors' status is settled. The control level looks in through
+/// [`Mapper::environment`].
+///
+/// `H` lists one [`Health`] a sensor, in the order of their numbers: an array on a microcontroller, any
+/// list on a host.
+#[derive(Debug, Clone)]
+pub struct Mapper<G, H> {
+    grid: G,
+    health: H,
+    rules: HealthRules,
+}
+
+/// The sensor is none that the mapper was made for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct UnknownSensor(pub SensorId);
+
+impl fmt::Display for UnknownSensor {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "there is no sensor {}", self.0)
+    }
+}
+
+impl core::error::Error for UnknownSensor {}
+
+impl<G: CertaintyGrid, H: AsRef<[Health]> + AsMut<[Health]>> Mapper<G, H> {
+    /// Creates the fusion level from an empty grid and each sensor's first health.
+    pub const fn new(grid: G, health: H, rules: HealthRules) -> Self {
+        Self {
+            grid,
+            health,
+            rules,
+        }
+    }
+
+    /// Takes one reading of `sensor`, at `now`, into the map.
+    ///
+    /// Returns the number of cells that the reading said something about.
+    ///
+    /// # Errors
+    ///
+    /// [`UnknownSensor`] if the mapper was made for fewer sensors; nothing has changed then.
+    ///
+    /// # Examples
+    ///
+    /// ```
+    /// use certainty_core::certainty::Certainty;
+    /// use certainty_core::fusion::{Beam, BeamConfig, BeamModel, Geometry, Mapper, MedianGrid};
+    /// use certainty_core::health::{Health, HealthRules};
+    /// use certainty_core::sensor::SensorId;
+    /// use certainty_core::transducer::Reading;
+    /// use certainty_core::units::{BinaryAngle, Millimeters, Point, Ticks};
+    ///
+    /// let mm = Millimeters::new;
+    /// let shape = Geometry::try_new(17, 11, mm(100), Point::from_mm(-850, 0))?;
+    /// let grid = MedianGrid::<_, _, 3>::try_new(shape, 3, [0; 3 * 187])?;
+    /// let mut mapper = Mapper::new(grid, [Health::default(); 3], HealthRules::DEFAULT);
+    ///
+    /// let gp2d02 = BeamModel::try_new(BeamConfig::narrow(mm(800)))?;
+    /// let ahead = Beam {
+    ///     origin: Point::ORIGIN,
+    ///     bearing: BinaryAngle::QUARTER,
+    ///     reading: Reading::Echo(mm(550)),
+    /// };
+    /// let sensor = SensorId::new(1).ok_or("zero")?;
+    /// assert_eq!(mapper.integrate(sensor, &ahead, &gp2d02, Ticks::new(0))?, 9);
+    ///
+    /// let map = mapper.environment();
+    /// assert_eq!(map.certainty_at(Point::from_mm(0, 250)), Certainty::FREE);
+    /// assert_eq!(map.certainty_at(Point::from_mm(0, 550)), Certainty::OCCUPIED);
+    /// assert_eq!(map.certainty_at(Point::from_mm(0, 650)), Certainty::UNCERTAIN);
+    /// # Ok::<(), Box<dyn core::error::Error>>(())
+    /// ```
+    pub fn integrate(
+        &mut self,
+        sensor: SensorId,
+        beam: &Beam,
+        model: &BeamModel,
+        now: Ticks,
+    ) -> Result<u32, UnknownSensor> {
+        let Self {
+            grid,
+            health,
+            rules,
+        } = self;
+        let health = health.as_mut();
+        health
+            .get_mut(sensor.slot())
+            .ok_or(UnknownSensor(sensor))?
+            .record(beam.reading, now);
+        let mut told = 0_u32;
+        beam.interpret(&grid.geometry(), model, &mut |cell, certainty| {
+            told = told.saturating_add(1);
+            grid.add(cell, Measurement { sensor, certainty }, health);
+        });
+        for each in health {
+            each.settle(rules, now);
+        }
+        Ok(told)
+    }
+
+    /// Returns what the control level sees.
+    #[must_use]
+    pub fn environment(&self) -> Environment<'_, G> {
+        Environment::new(&self.grid, self.health.as_ref())
+    }
+
+    /// Returns the grid.
+    #[must_use]
+    pub const fn grid(&self) -> &G {
+        &self.grid
+    }
+}

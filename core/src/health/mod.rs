@@ -1,0 +1,9 @@
+//! How far a sensor can be trusted, and what a maintenance plan reads about it.
+
+mod confidence;
+mod record;
+mod status;
+
+pub use confidence::Confidence;
+pub use record::Health;
+pub use status::{HealthConfig, HealthConfigError, HealthRules, Status};
