@@ -13,7 +13,7 @@
 //! | [000] §3.1 trimmed fusion | [`fusion::TrimmedGrid`] |
 //! | [000] §3.2, [001] §4 median selection | [`fusion::MedianGrid`] |
 //! | [001] §3 eq. 1, Bayes | [`fusion::BayesGrid`], [`fusion::LogOdds`] |
-//! | [001] §5 Fig. 3, AddToGrid | [`fusion::RobustGrid`] |
+//! | [001] §5 Fig. 3, `AddToGrid` | [`fusion::RobustGrid`] |
 //! | [001] §7, memory | [`fusion::owner_bytes`] |
 //! | [002] Fig. 1, data flow | [`fusion::Mapper`] |
 //!
@@ -41,6 +41,7 @@
 pub mod certainty;
 pub mod fusion;
 pub mod health;
+mod narrow;
 pub mod sensor;
 pub mod transducer;
 pub mod units;

@@ -24,7 +24,8 @@ impl SensorId {
     #[must_use]
     pub const fn from_slot(slot: usize) -> Option<Self> {
         if slot < u8::MAX as usize {
-            Self::new(slot as u8 + 1)
+            let [low, ..] = slot.to_le_bytes();
+            Self::new(low.wrapping_add(1))
         } else {
             None
         }
@@ -39,7 +40,7 @@ impl SensorId {
     /// Returns the sensor's place in a list of sensors, counted from 0.
     #[must_use]
     pub const fn slot(self) -> usize {
-        self.0.get() as usize - 1
+        (self.0.get() as usize).wrapping_sub(1)
     }
 }
 

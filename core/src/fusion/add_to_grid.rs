@@ -1,7 +1,8 @@
-//! The arithmetic of AddToGrid ([001] Fig. 3), in integers.
+//! The arithmetic of `AddToGrid` ([001] Fig. 3), in integers.
 
 use crate::certainty::Certainty;
 use crate::health::Confidence;
+use crate::narrow::wrapping_u8;
 use core::fmt;
 use fixed::types::{I2F14, U0F16};
 
@@ -182,7 +183,7 @@ pub(super) fn weighted_mean(
         // Different weights are not both zero.
         sum.checked_div(total).unwrap_or(occ)
     };
-    Certainty::from_bits(mean as u8)
+    Certainty::from_bits(wrapping_u8(mean))
 }
 
 #[cfg(test)]

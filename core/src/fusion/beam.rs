@@ -2,6 +2,7 @@
 
 use super::{Cell, Geometry, Ray, cone};
 use crate::certainty::Certainty;
+use crate::narrow::saturating_i8;
 use crate::transducer::Reading;
 use crate::units::{BinaryAngle, Millimeters, Point};
 use core::fmt;
@@ -140,7 +141,7 @@ impl BeamModel {
     pub(super) fn spread(&self, distance: Millimeters) -> Millimeters {
         // A product of 32 and 16 bits, rounded down: a spread below a millimetre is none.
         let wide = u64::from(distance.get()).wrapping_mul(self.config.accuracy.to_bits().into());
-        Millimeters::new((wide >> U0F16::FRAC_NBITS) as u32)
+        Millimeters::new(u32::try_from(wide >> U0F16::FRAC_NBITS).unwrap_or(u32::MAX))
     }
 }
 
@@ -280,6 +281,6 @@ impl Fade {
             .unwrap_or(0)
             .min(256);
         let deviation = self.peak.saturating_mul(part) >> 8;
-        Certainty::from_deviation(deviation.clamp(0, 127) as i8)
+        Certainty::from_deviation(saturating_i8(deviation))
     }
 }

@@ -2,6 +2,7 @@
 
 use super::{Beam, BeamModel, Behind, Cell, Geometry};
 use crate::certainty::Certainty;
+use crate::narrow::saturating_i8;
 use crate::units::{BinaryAngle, Direction, Millimeters, Point};
 use core::num::Wrapping;
 
@@ -79,7 +80,7 @@ fn faded(certainty: Certainty, off_axis: i64) -> Certainty {
     let deviation = i64::from(certainty.deviation())
         .saturating_mul(kept)
         .checked_div(65_536);
-    Certainty::from_deviation(deviation.unwrap_or(0).clamp(-128, 127) as i8)
+    Certainty::from_deviation(saturating_i8(deviation.unwrap_or(0)))
 }
 
 /// A sector with its axis, in the map's frame.

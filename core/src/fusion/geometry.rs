@@ -1,5 +1,6 @@
 //! Where a grid lies and which cell holds a place.
 
+use crate::narrow::{wrapping_u16, wrapping_u32};
 use crate::units::{Millimeters, Point};
 use core::fmt;
 
@@ -17,6 +18,11 @@ impl Cell {
     #[must_use]
     pub const fn index(self) -> usize {
         self.0 as usize
+    }
+
+    /// The index in the width it is kept in.
+    pub(super) const fn number(self) -> u32 {
+        self.0
     }
 
     /// Creates the cell at `index`, which the caller knows to be inside its grid.
@@ -160,7 +166,7 @@ impl Geometry {
     pub const fn cell_at(&self, place: Point) -> Option<Cell> {
         let (column, row) = self.address(place);
         if 0 <= column && column < self.columns as i64 && 0 <= row && row < self.rows as i64 {
-            Some(self.cell_inside(column as u32, row as u32))
+            Some(self.cell_inside(wrapping_u32(column), wrapping_u32(row)))
         } else {
             None
         }
@@ -171,7 +177,7 @@ impl Geometry {
     pub const fn column_and_row(&self, cell: Cell) -> (u16, u16) {
         let columns = self.columns as u32;
         match (cell.0.checked_rem(columns), cell.0.checked_div(columns)) {
-            (Some(column), Some(row)) => (column as u16, row as u16),
+            (Some(column), Some(row)) => (wrapping_u16(column), wrapping_u16(row)),
             _ => (0, 0), // there is a column
         }
     }
@@ -190,6 +196,7 @@ impl Geometry {
     }
 
     /// Returns every cell, row after row from the lowest, each from the left.
+    #[must_use]
     pub fn iter(&self) -> impl ExactSizeIterator<Item = Cell> + DoubleEndedIterator + use<> {
         IndexRange(0..self.cells())
     }

@@ -17,7 +17,7 @@ pub trait OwnGrid {
     fn certainty(stored: u8) -> Option<Certainty>;
 }
 
-/// The sensor's latest word counts, as AddToGrid takes an owner's word "as is".
+/// The sensor's latest word counts, as `AddToGrid` takes an owner's word "as is".
 ///
 /// Stored is the deviation from *uncertain*; 0 being taken by *never seen*, certainty 127 is read back as
 /// 128, its neighbour.

@@ -98,6 +98,7 @@ static OF_LOG_ODDS: [u8; 256] = of_log_odds();
 #[expect(
     clippy::indexing_slicing,
     clippy::arithmetic_side_effects,
+    clippy::cast_possible_truncation,
     clippy::float_arithmetic,
     reason = "evaluated at compile time, where a mistake is a compile error"
 )]
@@ -118,6 +119,8 @@ const fn of_certainty() -> [i8; 256] {
 #[expect(
     clippy::indexing_slicing,
     clippy::arithmetic_side_effects,
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
     clippy::float_arithmetic,
     reason = "evaluated at compile time, where a mistake is a compile error"
 )]
@@ -134,7 +137,7 @@ const fn of_log_odds() -> [u8; 256] {
 }
 
 #[expect(
-    clippy::arithmetic_side_effects,
+    clippy::cast_possible_truncation,
     clippy::float_arithmetic,
     reason = "compile time"
 )]

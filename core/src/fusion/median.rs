@@ -5,6 +5,7 @@ use super::layers::{Latest, Layers, OwnGrid};
 use super::{Cell, Geometry, Shape};
 use crate::certainty::Certainty;
 use crate::health::Health;
+use crate::narrow::wrapping_u8;
 
 /// A grid that takes, cell by cell, the middle of what the sensors say.
 ///
@@ -66,8 +67,8 @@ fn median(votes: &[Certainty]) -> Certainty {
     let lower = votes.len().saturating_sub(1) / 2;
     match (votes.get(lower), votes.get(upper)) {
         (Some(low), Some(high)) => {
-            let sum = u16::from(low.to_bits()).wrapping_add(high.to_bits().into());
-            Certainty::from_bits((sum.wrapping_add(1) >> 1) as u8)
+            let sum = u32::from(low.to_bits()).wrapping_add(high.to_bits().into());
+            Certainty::from_bits(wrapping_u8(sum.wrapping_add(1) >> 1))
         }
         _ => Certainty::UNCERTAIN,
     }

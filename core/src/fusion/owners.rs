@@ -1,12 +1,13 @@
 //! Who owns each cell, packed to as few bits as the number of sensors takes.
 
 use super::Cell;
+use crate::narrow::wrapping_u8;
 use crate::sensor::SensorId;
 
 /// Returns the bits that an owner takes: ⌈log₂(sensors + 1)⌉, *unknown* being one more ([001] §7).
 #[must_use]
 pub const fn owner_bits(sensors: u8) -> u8 {
-    let bits = u8::BITS.wrapping_sub(sensors.leading_zeros()) as u8;
+    let bits = wrapping_u8(u8::BITS.wrapping_sub(sensors.leading_zeros()));
     // Without sensors there is only *unknown*; one bit keeps the arithmetic simple.
     if bits == 0 { 1 } else { bits }
 }
@@ -60,9 +61,10 @@ impl<O: AsRef<[u8]> + AsMut<[u8]>> Owners<O> {
         let bits = self.bits as usize;
         // index · bits / 8 without overflow at the last of 2^32 cells on a 32-bit machine.
         let low = (index % 8).wrapping_mul(bits);
+        let [shift, ..] = (low % 8).to_le_bytes();
         Field {
             byte: (index / 8).wrapping_mul(bits).wrapping_add(low / 8),
-            shift: (low % 8) as u32,
+            shift: shift as u32,
             mask: (1_u16 << (self.bits & 15)).wrapping_sub(1),
         }
     }
@@ -75,7 +77,7 @@ impl<O: AsRef<[u8]> + AsMut<[u8]>> Owners<O> {
         let low = packed.get(byte).copied().unwrap_or(0);
         let high = packed.get(byte.wrapping_add(1)).copied().unwrap_or(0);
         let window = u16::from_le_bytes([low, high]);
-        SensorId::new(((window >> shift) & mask) as u8)
+        SensorId::new(wrapping_u8(((window >> shift) & mask).into()))
     }
 
     /// Makes `owner` the owner of `cell`.

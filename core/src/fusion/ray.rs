@@ -1,6 +1,7 @@
 //! The cells that a straight line crosses, in order, in integers.
 
 use super::{Cell, Geometry};
+use crate::narrow::wrapping_u32;
 use crate::units::Point;
 use core::num::Wrapping;
 
@@ -30,7 +31,7 @@ use core::num::Wrapping;
 #[derive(Debug, Clone)]
 pub struct Ray {
     /// The next cell, or `None` when the line has left the grid or ended.
-    next: Option<u32>,
+    next: Option<Cell>,
     /// Column and row borders still to be crossed inside the grid.
     columns_left: u32,
     rows_left: u32,
@@ -212,9 +213,9 @@ impl Ray {
             })
         };
         Self {
-            next: Some(geometry.cell_inside(column as u32, row as u32).index() as u32),
-            columns_left: x.borders_left(column, by_column, leftward) as u32,
-            rows_left: y.borders_left(row, by_row, downward) as u32,
+            next: Some(geometry.cell_inside(wrapping_u32(column), wrapping_u32(row))),
+            columns_left: wrapping_u32(x.borders_left(column, by_column, leftward)),
+            rows_left: wrapping_u32(y.borders_left(row, by_row, downward)),
             column_step: if leftward { 1_u32.wrapping_neg() } else { 1 },
             row_step: if downward {
                 u32::from(geometry.columns()).wrapping_neg()
@@ -264,9 +265,9 @@ impl Iterator for Ray {
         let (column, row) = (race <= 0, race >= 0);
         if (column && self.columns_left == 0) || (row && self.rows_left == 0) {
             self.next = None;
-            return Some(Cell::from_index(current));
+            return Some(current);
         }
-        let mut ahead = current;
+        let mut ahead = current.number();
         if column {
             self.columns_left = self.columns_left.wrapping_sub(1);
             ahead = ahead.wrapping_add(self.column_step);
@@ -279,8 +280,8 @@ impl Iterator for Ray {
             self.race -= self.by_dx;
             self.along += self.by_dy;
         }
-        self.next = Some(ahead);
-        Some(Cell::from_index(current))
+        self.next = Some(Cell::from_index(ahead));
+        Some(current)
     }
 }
 

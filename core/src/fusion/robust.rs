@@ -1,4 +1,4 @@
-//! The robust certainty grid: AddToGrid, [001] §5 and Fig. 3.
+//! The robust certainty grid: `AddToGrid`, [001] §5 and Fig. 3.
 
 use super::add_to_grid::{RobustRules, Verdict, agreement, weighted_mean};
 use super::grid::{CertaintyGrid, Measurement, WrongStorage, zeroed};

@@ -152,8 +152,8 @@ mod tests {
         assert_eq!(size_of::<Health>(), 28);
     }
 
-    /// PEERS: a shared timeout let one live sensor hide a dead one (nav2); a dead one stopped
-    /// everything (ArduPilot) or went unnoticed.
+    /// PEERS: a shared timeout let one live sensor hide a dead one (nav2); elsewhere a dead one
+    /// stopped everything, or went unnoticed.
     #[test]
     fn a_silent_sensor_is_seen_while_the_others_live_and_comes_back_by_itself() {
         let rules = HealthRules::default();

@@ -1,5 +1,6 @@
 //! The directions a pivoted sensor looks in, one after the other.
 
+use crate::narrow::wrapping_u16;
 use crate::units::BinaryAngle;
 use core::fmt;
 
@@ -87,12 +88,38 @@ impl Sweep {
     pub const fn direction(&self, step: u32, slot: u16, heads: u16) -> BinaryAngle {
         let directions = self.directions as u32;
         let heads = if heads == 0 { 1 } else { heads as u32 };
-        let phase = slot as u32 * directions / heads;
-        let index = (step % directions + phase % directions) % directions;
-        let steps = if directions > 1 { directions - 1 } else { 1 };
-        // At most 65534 times 65535 and half of 65534: 32 bits hold it.
-        let turned = ((index * self.span.to_bits() as u32 + steps / 2) / steps) as u16;
+        let steps = if directions > 1 {
+            directions.wrapping_sub(1)
+        } else {
+            1
+        };
+        // At most 65534 times 65535 and half of 65534: 32 bits hold it. No divisor is zero.
+        let phase = quotient((slot as u32).wrapping_mul(directions), heads);
+        let index = remainder(
+            remainder(step, directions).wrapping_add(remainder(phase, directions)),
+            directions,
+        );
+        let turned = index
+            .wrapping_mul(self.span.to_bits() as u32)
+            .wrapping_add(steps / 2);
+        let turned = wrapping_u16(quotient(turned, steps));
         self.first.wrapping_add(BinaryAngle::from_bits(turned))
+    }
+}
+
+/// `a / b`, or 0 where `b` is zero.
+const fn quotient(a: u32, b: u32) -> u32 {
+    match a.checked_div(b) {
+        Some(quotient) => quotient,
+        None => 0,
+    }
+}
+
+/// `a % b`, or 0 where `b` is zero.
+const fn remainder(a: u32, b: u32) -> u32 {
+    match a.checked_rem(b) {
+        Some(remainder) => remainder,
+        None => 0,
     }
 }
 

@@ -1,5 +1,7 @@
 //! Angles as fractions of a turn, and the directions they point in.
 
+use crate::narrow::{saturating_i32, wrapping_u16, wrapping_u32};
+
 /// An angle in steps of 1/65536 of a turn, counter-clockwise from +x.
 ///
 /// Units and range: one step is 0.0055°; addition wraps at the full turn, which is what angles do.
@@ -56,7 +58,7 @@ impl BinaryAngle {
         let within = (millidegrees as i64).rem_euclid(TURN);
         let steps = within.wrapping_mul(1 << 16).wrapping_add(TURN / 2) / TURN;
         // At most 65536, which is the full turn and wraps to zero.
-        Self((steps & 0xFFFF) as u16)
+        Self(wrapping_u16(wrapping_u32(steps)))
     }
 
     /// Returns the sum, modulo a turn.
@@ -119,28 +121,40 @@ impl Direction {
 }
 
 /// sin of `steps`/65536 of a turn, in Q30; mirror-symmetric to the last bit.
+///
+/// Range: every product stays below 2^62, as |sum| < 2^31 and z² ≤ 2^30.
 const fn sine_q30(steps: u16) -> i32 {
+    const ONE: i64 = 1 << Direction::FRACTION_BITS;
     // Fold into the first quarter: `z` is 0..=0x4000, a quarter being one.
     let half = steps & 0x7FFF;
-    let z = (if half > 0x4000 { 0x8000 - half } else { half }) as i64;
-    let square = (z * z) << 2; // Q30 of z², a quarter being 2^14
-    let mut sum = 0_i64;
-    let mut term = SINE.len();
-    while term > 0 {
-        term -= 1;
-        sum = ((sum * square + (1 << 29)) >> 30) + SINE[term];
-    }
-    let magnitude = (sum * z + (1 << 13)) >> 14;
-    let magnitude = if magnitude > 1 << 30 {
-        1 << 30
+    let folded = if half > 0x4000 {
+        0x8000_u16.wrapping_sub(half)
     } else {
-        magnitude as i32
+        half
     };
+    let z = folded as i64;
+    let square = z.wrapping_mul(z) << 2; // z² in Q30, as a quarter is 2^14
+    let [c0, c1, c2, c3, c4, c5, c6] = SINE;
+    let sum = horner(c6, square, c5);
+    let sum = horner(sum, square, c4);
+    let sum = horner(sum, square, c3);
+    let sum = horner(sum, square, c2);
+    let sum = horner(sum, square, c1);
+    let sum = horner(sum, square, c0);
+    let product = sum.wrapping_mul(z).wrapping_add(1 << 13) >> 14;
+    let magnitude = saturating_i32(if product > ONE { ONE } else { product });
     if steps & 0x8000 == 0 {
         magnitude
     } else {
-        -magnitude
+        magnitude.wrapping_neg()
     }
+}
+
+/// One step of Horner's rule in Q30: `sum · square + coefficient`, rounded.
+const fn horner(sum: i64, square: i64, coefficient: i64) -> i64 {
+    const HALF: i64 = 1 << (Direction::FRACTION_BITS - 1);
+    let product = sum.wrapping_mul(square).wrapping_add(HALF);
+    (product >> Direction::FRACTION_BITS).wrapping_add(coefficient)
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! Places on the plane and the poses of what moves there.
 
 use super::{BinaryAngle, Direction, Millimeters};
+use crate::narrow::saturating_i32;
 
 /// A place on the plane: the square millimetre whose lower left corner is (x, y).
 ///
@@ -59,34 +60,39 @@ impl Point {
     #[must_use]
     pub const fn ahead(self, direction: Direction, distance: Millimeters) -> Self {
         // Beyond twice the limit every distance saturates alike; within it a product takes 60 bits.
-        let most = 2 * Self::LIMIT as u32;
-        let far = if distance.get() > most {
-            most
-        } else {
-            distance.get()
-        } as i64;
+        const MOST: u32 = 1 << 29;
+        let distance = distance.get();
+        let far = if distance > MOST { MOST } else { distance } as i64;
         Self {
-            x: limited(self.x as i64 + scaled(far, direction.cos())),
-            y: limited(self.y as i64 + scaled(far, direction.sin())),
+            x: limited((self.x as i64).wrapping_add(scaled(far, direction.cos()))),
+            y: limited((self.y as i64).wrapping_add(scaled(far, direction.sin()))),
         }
     }
 }
 
+/// One half in the fraction of a [`Direction`].
+const HALF: i64 = 1 << (Direction::FRACTION_BITS - 1);
+
 /// `distance * part` of a unit vector, rounded to the nearest, ties away from zero.
 const fn scaled(distance: i64, part: i32) -> i64 {
-    let magnitude = (distance * (part as i64).abs() + (1 << (Direction::FRACTION_BITS - 1)))
-        >> Direction::FRACTION_BITS;
-    if part < 0 { -magnitude } else { magnitude }
+    let product = distance.wrapping_mul((part as i64).wrapping_abs());
+    let magnitude = product.wrapping_add(HALF) >> Direction::FRACTION_BITS;
+    if part < 0 {
+        magnitude.wrapping_neg()
+    } else {
+        magnitude
+    }
 }
 
 /// `mm` within ±[`Point::LIMIT`].
 const fn limited(mm: i64) -> i32 {
-    if mm > Point::LIMIT as i64 {
+    let mm = saturating_i32(mm);
+    if mm > Point::LIMIT {
         Point::LIMIT
-    } else if mm < -(Point::LIMIT as i64) {
-        -Point::LIMIT
+    } else if mm < Point::LIMIT.wrapping_neg() {
+        Point::LIMIT.wrapping_neg()
     } else {
-        mm as i32
+        mm
     }
 }
 
@@ -129,13 +135,15 @@ impl Pose {
         let direction = self.heading.direction();
         let (cos, sin) = (direction.cos() as i64, direction.sin() as i64);
         let (x, y) = (part.at.x as i64, part.at.y as i64);
-        const HALF: i64 = 1 << (Direction::FRACTION_BITS - 1);
-        let ahead = (x * cos - y * sin + HALF) >> Direction::FRACTION_BITS;
-        let aside = (x * sin + y * cos + HALF) >> Direction::FRACTION_BITS;
+        // At most 2^28 mm times 2^30, twice: 59 bits.
+        let ahead = x.wrapping_mul(cos).wrapping_sub(y.wrapping_mul(sin));
+        let aside = x.wrapping_mul(sin).wrapping_add(y.wrapping_mul(cos));
+        let ahead = ahead.wrapping_add(HALF) >> Direction::FRACTION_BITS;
+        let aside = aside.wrapping_add(HALF) >> Direction::FRACTION_BITS;
         Self {
             at: Point {
-                x: limited(self.at.x as i64 + ahead),
-                y: limited(self.at.y as i64 + aside),
+                x: limited((self.at.x as i64).wrapping_add(ahead)),
+                y: limited((self.at.y as i64).wrapping_add(aside)),
             },
             heading: self.heading.wrapping_add(part.heading),
         }

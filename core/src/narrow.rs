@@ -1,0 +1,45 @@
+//! Conversions to fewer bits, each named for what it does with the rest.
+//!
+//! `TryFrom` is not `const`, and `as` does not say what it means; these do, in one place.
+#![expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "dropping bits is what these functions are named for"
+)]
+
+/// The low 8 bits.
+pub(crate) const fn wrapping_u8(value: u32) -> u8 {
+    value as u8
+}
+
+/// The low 16 bits.
+pub(crate) const fn wrapping_u16(value: u32) -> u16 {
+    value as u16
+}
+
+/// The low 32 bits.
+pub(crate) const fn wrapping_u32(value: i64) -> u32 {
+    value as u32
+}
+
+/// The nearest value of 32 bits.
+pub(crate) const fn saturating_i32(value: i64) -> i32 {
+    if value > i32::MAX as i64 {
+        i32::MAX
+    } else if value < i32::MIN as i64 {
+        i32::MIN
+    } else {
+        value as i32
+    }
+}
+
+/// The nearest value of 8 bits.
+pub(crate) const fn saturating_i8(value: i64) -> i8 {
+    if value > i8::MAX as i64 {
+        i8::MAX
+    } else if value < i8::MIN as i64 {
+        i8::MIN
+    } else {
+        value as i8
+    }
+}

@@ -1,0 +1,135 @@
+//! The Smart Car of [001] §6.1: its grid, its pivoted infrared sensors and their sweep.
+//!
+//! The papers give the grid and the sensors' range. Where the sensors sit and how finely they sweep
+//! they do not say; the choices here are a model car's.
+
+use certainty_core::fusion::{BeamConfig, BeamModel, Geometry, RobustGrid, Shape, owner_bytes};
+use certainty_core::transducer::Sweep;
+use certainty_core::units::{BinaryAngle, Millimeters, Point, Pose};
+use fixed::types::U0F16;
+
+/// Pivoted GP2D02s on the car.
+pub const SENSORS: u8 = 3;
+
+/// Shortest distance a GP2D02 tells.
+pub const NEAREST: Millimeters = Millimeters::new(100);
+
+/// Longest distance a GP2D02 tells ([001] §6.1).
+pub const FARTHEST: Millimeters = Millimeters::new(800);
+
+/// The car's pose in its grid: in the middle of the lower edge, looking up.
+pub const POSE: Pose = Pose::new(Point::ORIGIN, BinaryAngle::QUARTER);
+
+/// The car's grid: 17 by 11 cells of 10 cm in front of it ([001] §6.1).
+///
+/// A zero-sized [`Shape`]: its numbers are folded into the code.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SmartCarShape;
+
+impl Shape for SmartCarShape {
+    #[inline]
+    fn geometry(&self) -> Geometry {
+        const {
+            match Geometry::try_new(17, 11, Millimeters::new(100), Point::from_mm(-850, 0)) {
+                Ok(geometry) => geometry,
+                Err(_) => panic!("no such grid"),
+            }
+        }
+    }
+}
+
+/// Cells of the car's grid.
+pub const CELLS: usize = 187;
+
+/// The car's robust grid: 234 bytes of cells and owners ([001] §7).
+pub type SmartCarGrid = RobustGrid<SmartCarShape, [u8; CELLS], [u8; owner_bytes(CELLS, SENSORS)]>;
+
+/// The sweep of every head: from 90° right to 90° left of straight ahead in 5° steps.
+///
+/// At the range of 80 cm neighbouring beams are 7 cm apart, so none misses a cell between them.
+pub const SWEEP: Sweep = match Sweep::try_new(
+    BinaryAngle::from_millidegrees(-90_000),
+    BinaryAngle::from_millidegrees(90_000),
+    37,
+) {
+    Ok(sweep) => sweep,
+    Err(_) => panic!("no such sweep"),
+};
+
+/// Returns where head `slot` of `heads` sits on the bumper, looking straight ahead.
+///
+/// Evenly along 16 cm, the first on the right; a replicated sensor is always slightly offside
+/// ([001] §2).
+///
+/// ```
+/// use certainty_firmware::smart_car::mounting;
+///
+/// assert_eq!(mounting(0, 3).at.y_mm(), -80);
+/// assert_eq!(mounting(1, 3).at.y_mm(), 0);
+/// assert_eq!(mounting(2, 3).at.y_mm(), 80);
+/// ```
+#[must_use]
+pub fn mounting(slot: u8, heads: u8) -> Pose {
+    const BUMPER_MM: i32 = 160;
+    let gaps = i32::from(heads.saturating_sub(1));
+    let aside = match BUMPER_MM.saturating_mul(slot.into()).checked_div(gaps) {
+        Some(mm) => mm.saturating_sub(BUMPER_MM / 2),
+        None => 0, // a single head sits in the middle
+    };
+    Pose::new(Point::from_mm(0, aside), BinaryAngle::ZERO)
+}
+
+/// Returns what head `slot` of `heads` looks at in step `step` of its sweep: its beam's start and
+/// direction in the map.
+#[must_use]
+pub fn look(slot: u8, heads: u8, step: u32) -> Pose {
+    let mut head = mounting(slot, heads);
+    head.heading = SWEEP.direction(step, slot.into(), heads.into());
+    POSE.compose(head)
+}
+
+/// Returns how a GP2D02 of this accuracy (a fraction of the distance, [001] Table 1) is interpreted:
+/// a narrow beam up to [`FARTHEST`].
+#[must_use]
+pub const fn beam_model(accuracy: U0F16) -> BeamModel {
+    const EXACT: BeamModel = match BeamModel::try_new(BeamConfig::narrow(FARTHEST)) {
+        Ok(model) => model,
+        Err(_) => panic!("no such beam"),
+    };
+    let config = BeamConfig {
+        accuracy,
+        ..BeamConfig::narrow(FARTHEST)
+    };
+    match BeamModel::try_new(config) {
+        Ok(model) => model,
+        Err(_) => EXACT, // the accuracy is never what is refused
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use certainty_core::fusion::{CertaintyGrid, RobustRules};
+
+    #[test]
+    fn the_cells_and_owners_take_234_bytes_and_nothing_else_grows_with_the_grid() {
+        let cells = [0; CELLS];
+        let grid =
+            SmartCarGrid::try_new(SmartCarShape, RobustRules::DEFAULT, SENSORS, cells, [0; 47]);
+        assert_eq!(grid.unwrap().memory_bytes(), 187 + 47);
+        // Rules, sensor count and owner width: 18 bytes.
+        assert!(size_of::<SmartCarGrid>() <= 234 + 18);
+        assert_eq!(size_of::<SmartCarShape>(), 0);
+        assert_eq!(SmartCarShape.geometry().cells() as usize, CELLS);
+    }
+
+    #[test]
+    fn heads_look_from_their_place_on_the_bumper_into_the_grid() {
+        // Right head, first step: to the right, along +x, from 8 cm right of the middle.
+        let right = look(0, 3, 0);
+        assert_eq!(right, Pose::new(Point::from_mm(80, 0), BinaryAngle::ZERO));
+        // Half a sweep later straight ahead.
+        assert_eq!(look(0, 3, 18).heading, BinaryAngle::QUARTER);
+        assert_eq!(look(2, 3, 0).at, Point::from_mm(-80, 0));
+    }
+}
