@@ -89,3 +89,109 @@ impl<Sh: Shape, S: AsRef<[u8]> + AsMut<[u8]>> CertaintyGrid for BayesGrid<Sh, S>
         self.cells.as_ref().len()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sensor::SensorId;
+    use crate::units::{Millimeters, Point};
+    use proptest::prelude::*;
+
+    fn one_cell(strongest: LogOdds) -> (BayesGrid<Geometry, [u8; 1]>, Cell) {
+        let shape = Geometry::try_new(1, 1, Millimeters::new(100), Point::ORIGIN).unwrap();
+        let grid = BayesGrid::try_new(shape, strongest, [7]).unwrap();
+        (grid, shape.cell(0, 0).unwrap())
+    }
+
+    fn fused(strongest: LogOdds, measurements: &[u8]) -> Certainty {
+        let (mut grid, cell) = one_cell(strongest);
+        let sensor = SensorId::new(1).unwrap();
+        for &bits in measurements {
+            let certainty = Certainty::from_bits(bits);
+            grid.add(cell, Measurement { sensor, certainty }, &mut []);
+        }
+        grid.certainty(cell)
+    }
+
+    /// Eq. 1 of [001] in real numbers: the product of the odds against.
+    fn naive(measurements: &[u8]) -> f64 {
+        let against = |bits: u8| 256.0 / f64::from(bits) - 1.0;
+        let product: f64 = measurements.iter().map(|&bits| against(bits)).product();
+        1.0 / (product + 1.0)
+    }
+
+    #[test]
+    fn a_new_grid_is_uncertain_whatever_its_storage_held() {
+        let (grid, cell) = one_cell(STRONGEST_MEASUREMENT);
+        assert_eq!(grid.certainty(cell), Certainty::UNCERTAIN);
+    }
+
+    /// PEERS: a cell driven to 0 stayed 0 after 1,000 occupied readings (nav2).
+    #[test]
+    fn a_cell_driven_to_either_end_recovers() {
+        for (wrong, right) in [(0, 255), (255, 0)] {
+            let driven = [wrong; 1000];
+            assert_eq!(fused(STRONGEST_MEASUREMENT, &driven).to_bits(), wrong);
+            let back: Vec<u8> = driven.into_iter().chain([right; 8]).collect();
+            assert_eq!(fused(STRONGEST_MEASUREMENT, &back).to_bits(), right);
+        }
+    }
+
+    #[test]
+    fn storage_of_another_size_is_handed_back() {
+        let shape = Geometry::try_new(2, 2, Millimeters::new(100), Point::ORIGIN).unwrap();
+        let refused = BayesGrid::try_new(shape, STRONGEST_MEASUREMENT, [9; 3]).unwrap_err();
+        assert_eq!((refused.needed, refused.storage), (4, [9; 3]));
+    }
+
+    proptest! {
+        /// Eight bits allow it until a sum passes the bound: then what was cut off is lost.
+        #[test]
+        fn order_is_irrelevant_while_no_cell_reaches_the_bound(
+            measurements in prop::collection::vec(0..=255_u8, 0..4), order: prop::sample::Index,
+        ) {
+            // Three measurements of at most 35 steps stay below 127.
+            let mut other = measurements.clone();
+            if !other.is_empty() {
+                let turn = order.index(other.len());
+                other.rotate_left(turn);
+                other.reverse();
+            }
+            prop_assert_eq!(
+                fused(STRONGEST_MEASUREMENT, &measurements),
+                fused(STRONGEST_MEASUREMENT, &other)
+            );
+        }
+
+        #[test]
+        fn beyond_the_bound_order_moves_a_cell_by_less_than_what_was_cut_off(
+            ups in 0..30_usize, downs in 0..30_usize,
+        ) {
+            let (ups, downs) = (vec![255_u8; ups], vec![0_u8; downs]);
+            let steps = |measurements: Vec<u8>| {
+                let (mut grid, cell) = one_cell(STRONGEST_MEASUREMENT);
+                let sensor = SensorId::new(1).unwrap();
+                for bits in measurements {
+                    let certainty = Certainty::from_bits(bits);
+                    grid.add(cell, Measurement { sensor, certainty }, &mut []);
+                }
+                i32::from(grid.cells[0].cast_signed())
+            };
+            let cut = |n: usize| (35 * n as i32 - 127).max(0);
+            let bound = cut(ups.len()) + cut(downs.len());
+            let one_way = steps([ups.clone(), downs.clone()].concat());
+            let other_way = steps([downs, ups].concat());
+            prop_assert!((one_way - other_way).abs() <= bound);
+        }
+
+        #[test]
+        fn fusion_is_eq_1_to_within_the_rounding_of_its_inputs(
+            measurements in prop::collection::vec(30..=226_u8, 1..4),
+        ) {
+            let fused = f64::from(fused(LogOdds::MAX, &measurements).to_bits()) / 256.0;
+            // Half a step of 1/16 nat each, where the odds move fastest a quarter as much of p.
+            let tolerance = 0.5 / 16.0 / 4.0 * measurements.len() as f64 + 0.5 / 256.0 + 1e-9;
+            prop_assert!((fused - naive(&measurements)).abs() <= tolerance);
+        }
+    }
+}

@@ -182,3 +182,100 @@ impl Cone {
         ))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::picture::draw_beam;
+    use super::super::{
+        BayesGrid, BeamConfig, CertaintyGrid, Mapper, MedianGrid, RobustGrid, RobustRules,
+        STRONGEST_MEASUREMENT,
+    };
+    use super::*;
+    use crate::health::{Health, HealthRules};
+    use crate::sensor::SensorId;
+    use crate::transducer::Reading;
+    use crate::units::Ticks;
+
+    const fn mm(mm: u32) -> Millimeters {
+        Millimeters::new(mm)
+    }
+
+    fn yard() -> Geometry {
+        Geometry::try_new(21, 12, mm(100), Point::from_mm(-1050, 0)).unwrap()
+    }
+
+    fn sonar() -> BeamModel {
+        let half_width = BinaryAngle::from_millidegrees(15_000);
+        BeamModel::try_new(BeamConfig::cone(mm(1100), half_width)).unwrap()
+    }
+
+    fn up(degrees: i32, reading: Reading) -> Beam {
+        Beam {
+            origin: Point::ORIGIN,
+            bearing: BinaryAngle::from_millidegrees(90_000 - degrees * 1000),
+            reading,
+        }
+    }
+
+    #[test]
+    fn a_cone_frees_its_middle_and_marks_an_arc() {
+        // The arc holds what lies 950 to 1050 mm away: (0, 1050), and of the row at 950 the middle
+        // five, the outer two 0.79 of the way to the edge. At 850 the clear part, 7.5° wide, just
+        // reaches the neighbours of the axis.
+        let drawn = draw_beam(&yard(), &up(0, Reading::Echo(mm(1000))), &sonar());
+        let mut expected = vec!["          .          "; 12];
+        expected[..4].copy_from_slice(&[
+            "                     ",
+            "          #          ",
+            "        +###+        ",
+            "         ,.,         ",
+        ]);
+        assert_eq!(drawn, expected);
+    }
+
+    /// PEERS: neighbouring cones erased each other's obstacles (navigation_layers).
+    #[test]
+    fn neighbouring_cones_do_not_erase_each_others_obstacles() {
+        // Two sonars 15° apart on one ring; the first sees a post at 700 mm on its axis, which is at
+        // the edge of the second's cone, and the second, a hundred times, nothing.
+        let seen = up(-7, Reading::Echo(mm(700)));
+        let unseen = up(8, Reading::NoObject);
+        let post = yard().cell_at(seen.origin.ahead(seen.bearing.direction(), mm(700)));
+        let post = post.unwrap();
+        let bayes = BayesGrid::try_new(yard(), STRONGEST_MEASUREMENT, [0; 252]).unwrap();
+        let robust = RobustGrid::try_new(yard(), RobustRules::DEFAULT, 2, [0; 252], [0; 63]);
+        let median = MedianGrid::<_, _, 2>::try_new(yard(), 2, [0; 504]).unwrap();
+        let outcomes = [
+            erased(bayes, &seen, &unseen, post),
+            erased(robust.unwrap(), &seen, &unseen, post),
+            erased(median, &seen, &unseen, post),
+        ];
+        for (grid, certainty) in ["bayes", "robust", "median"].iter().zip(outcomes) {
+            assert!(certainty.to_bits() > 200, "{grid}: {certainty}");
+        }
+    }
+
+    fn erased(grid: impl CertaintyGrid, seen: &Beam, unseen: &Beam, post: Cell) -> Certainty {
+        let mut mapper = Mapper::new(grid, [Health::default(); 2], HealthRules::DEFAULT);
+        let [first, second] = [1, 2].map(|number| SensorId::new(number).unwrap());
+        let now = Ticks::new(0);
+        mapper.integrate(first, seen, &sonar(), now).unwrap();
+        for _ in 0..100 {
+            mapper.integrate(second, unseen, &sonar(), now).unwrap();
+        }
+        mapper.environment().certainty(post)
+    }
+
+    /// PEERS: a cone that left the grid on the negative side wrapped into a huge loop (nav2).
+    #[test]
+    fn a_cone_leaving_on_the_negative_side_ends_there() {
+        let outside = Beam {
+            origin: Point::from_mm(-5000, -5000),
+            ..up(180, Reading::Echo(mm(1000)))
+        };
+        let drawn = draw_beam(&yard(), &outside, &sonar());
+        assert!(drawn.iter().all(|row| row.trim().is_empty()));
+        let edge = draw_beam(&yard(), &up(-90, Reading::NoObject), &sonar());
+        assert!(edge.concat().contains('.'));
+    }
+}

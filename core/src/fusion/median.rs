@@ -73,3 +73,88 @@ fn median(votes: &[Certainty]) -> Certainty {
         _ => Certainty::UNCERTAIN,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::layers::Accumulated;
+    use super::super::picture::draw_grid;
+    use super::*;
+    use crate::sensor::SensorId;
+    use crate::units::{Millimeters, Point};
+
+    fn votes(bits: &[u8]) -> Vec<Certainty> {
+        let mut votes: Vec<_> = bits.iter().copied().map(Certainty::from_bits).collect();
+        votes.sort();
+        votes
+    }
+
+    #[test]
+    fn the_middle_of_an_odd_number_is_one_of_them() {
+        assert_eq!(median(&votes(&[9, 255, 3])).to_bits(), 9);
+        assert_eq!(median(&votes(&[77])).to_bits(), 77);
+    }
+
+    #[test]
+    fn the_middle_of_an_even_number_is_the_mean_of_two_ties_up() {
+        assert_eq!(median(&votes(&[0, 255])).to_bits(), 128);
+        assert_eq!(median(&votes(&[0, 10, 11, 255])).to_bits(), 11);
+    }
+
+    #[test]
+    fn no_vote_is_uncertain() {
+        assert_eq!(median(&[]), Certainty::UNCERTAIN);
+    }
+
+    /// The fault hypothesis of [001] §2.1, every way that liars of 0 or 255 can be placed.
+    #[test]
+    fn any_minority_of_liars_leaves_the_value_between_correct_ones() {
+        for sensors in 1..=7_u32 {
+            for liars in (0_u32..1 << sensors).filter(|l| l.count_ones() <= (sensors - 1) / 2) {
+                for lies in 0_u32..1 << sensors {
+                    let correct: Vec<u8> = (0..sensors).map(|s| 100 + 7 * s as u8).collect();
+                    let told: Vec<u8> = (0..sensors)
+                        .map(|s| match (liars >> s & 1, lies >> s & 1) {
+                            (0, _) => correct[s as usize],
+                            (_, 0) => 0,
+                            _ => 255,
+                        })
+                        .collect();
+                    let truthful = (0..sensors).filter(|s| liars >> s & 1 == 0);
+                    let truthful: Vec<u8> = truthful.map(|s| correct[s as usize]).collect();
+                    let fused = median(&votes(&told)).to_bits();
+                    assert!((truthful[0]..=truthful[truthful.len() - 1]).contains(&fused));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_vote_adapts_to_who_saw_the_cell() {
+        let shape = Geometry::try_new(4, 1, Millimeters::new(100), Point::ORIGIN).unwrap();
+        let mut grid = MedianGrid::<_, _, 3>::try_new(shape, 3, [0; 12]).unwrap();
+        // Sensor 3 lies everywhere; ever fewer sensors see the cells from left to right.
+        for (column, seen_by) in [(0, [1, 2, 3].as_slice()), (1, &[1, 3]), (2, &[3])] {
+            let cell = shape.cell(column, 0).unwrap();
+            for &number in seen_by {
+                let certainty = if number == 3 {
+                    Certainty::FREE
+                } else {
+                    Certainty::OCCUPIED
+                };
+                let sensor = SensorId::new(number).unwrap();
+                grid.add(cell, Measurement { sensor, certainty }, &mut []);
+            }
+        }
+        assert_eq!(draw_grid(&grid), ["#?.?"]);
+    }
+
+    #[test]
+    fn more_sensors_than_the_type_has_room_for_are_refused() {
+        let shape = Geometry::try_new(1, 1, Millimeters::new(100), Point::ORIGIN).unwrap();
+        for sensors in [0, 4] {
+            let storage = vec![0; sensors.into()];
+            let refused = MedianGrid::<_, _, 3, Accumulated>::try_new(shape, sensors, storage);
+            assert_eq!(refused.unwrap_err().needed, 3);
+        }
+    }
+}

@@ -22,6 +22,8 @@ mod log_odds;
 mod mapper;
 mod median;
 mod owners;
+#[cfg(test)]
+mod picture;
 mod ray;
 mod robust;
 mod trimmed;

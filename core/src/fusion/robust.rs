@@ -179,3 +179,217 @@ where
             .saturating_add(self.owners.memory_bytes())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::picture::draw;
+    use super::*;
+    use crate::units::{Millimeters, Point};
+    use proptest::prelude::*;
+
+    type Small = RobustGrid<Geometry, Vec<u8>, Vec<u8>>;
+
+    fn grid(columns: u16, rows: u16, sensors: u8) -> Small {
+        let shape = Geometry::try_new(columns, rows, Millimeters::new(100), Point::ORIGIN).unwrap();
+        let cells = shape.cells() as usize;
+        let owners = vec![0xFF; owner_bytes(cells, sensors)];
+        RobustGrid::try_new(
+            shape,
+            RobustRules::DEFAULT,
+            sensors,
+            vec![0xFF; cells],
+            owners,
+        )
+        .unwrap()
+    }
+
+    fn says(number: u8, bits: u8) -> Measurement {
+        Measurement {
+            sensor: SensorId::new(number).unwrap(),
+            certainty: Certainty::from_bits(bits),
+        }
+    }
+
+    /// [001] Fig. 3 in real numbers, with the integers' rounding of cell.occ and nothing else.
+    #[derive(Debug)]
+    struct Naive {
+        occ: f64,
+        owner: usize,
+        conf: [f64; 4],
+    }
+
+    impl Naive {
+        fn add(&mut self, sensor: usize, measurement: f64) {
+            let config = RobustConfigInReals::default();
+            if self.owner == 0 || self.owner == sensor {
+                self.occ = measurement;
+                self.owner = sensor;
+                return;
+            }
+            let comparison = 4.0 * (self.occ - 0.5) * (measurement - 0.5);
+            let weight1 = (self.occ - 0.5).abs() * self.conf[self.owner];
+            let weight2 = (measurement - 0.5).abs() * self.conf[sensor];
+            let exact = if weight1 == weight2 {
+                f64::midpoint(self.occ, measurement)
+            } else {
+                (self.occ * weight1 + measurement * weight2) / (weight1 + weight2)
+            };
+            self.occ = (exact * 256.0 + 0.5).floor() / 256.0;
+            for id in [self.owner, sensor] {
+                if comparison > config.confirmation {
+                    self.conf[id] = (self.conf[id] + config.raise).min(config.ceiling);
+                }
+                if comparison < config.contradiction {
+                    self.conf[id] = (self.conf[id] - config.lower).max(config.floor);
+                }
+            }
+            let contribution = 4.0 * (self.occ - 0.5) * (measurement - 0.5);
+            self.owner = if contribution > config.contribution {
+                sensor
+            } else {
+                0
+            };
+        }
+    }
+
+    struct RobustConfigInReals {
+        confirmation: f64,
+        contradiction: f64,
+        contribution: f64,
+        raise: f64,
+        lower: f64,
+        floor: f64,
+        ceiling: f64,
+    }
+
+    impl Default for RobustConfigInReals {
+        fn default() -> Self {
+            let config = RobustRules::DEFAULT.config().to_owned();
+            Self {
+                confirmation: config.confirmation.to_num(),
+                contradiction: config.contradiction.to_num(),
+                contribution: config.contribution.to_num(),
+                raise: config.raise.to_num(),
+                lower: config.lower.to_num(),
+                floor: config.floor.value().to_num(),
+                ceiling: config.ceiling.value().to_num(),
+            }
+        }
+    }
+
+    #[test]
+    fn the_papers_grid_takes_187_and_47_bytes() {
+        assert_eq!(grid(17, 11, 3).memory_bytes(), 187 + 47);
+    }
+
+    #[test]
+    fn an_unowned_cell_takes_the_measurement_as_is_and_so_does_the_owners_own() {
+        let mut grid = grid(1, 1, 3);
+        let cell = grid.geometry().cell(0, 0).unwrap();
+        let mut sensors = [Health::default(); 3];
+        for bits in [200, 10, 128, 255] {
+            grid.add(cell, says(2, bits), &mut sensors);
+            assert_eq!(grid.certainty(cell).to_bits(), bits);
+            assert_eq!(grid.owner(cell), SensorId::new(2));
+        }
+        assert_eq!(sensors, [Health::default(); 3], "nobody was compared");
+    }
+
+    #[test]
+    fn a_contradiction_lowers_both_and_leaves_the_cell_to_the_stronger() {
+        let mut grid = grid(1, 1, 2);
+        let cell = grid.geometry().cell(0, 0).unwrap();
+        let mut sensors = [Health::default(); 2];
+        grid.add(cell, says(1, 255), &mut sensors);
+        grid.add(cell, says(2, 0), &mut sensors);
+        // (255 · 127 + 0 · 128) / 255 = 127: a little nearer to free, so sensor 2 contributes.
+        assert_eq!(grid.certainty(cell).to_bits(), 127);
+        assert_eq!(grid.owner(cell), SensorId::new(2));
+        let lowered = 65_535 - RobustRules::DEFAULT.config().lower.to_bits();
+        assert!(
+            sensors
+                .iter()
+                .all(|health| health.confidence().to_bits() == lowered)
+        );
+        assert!(sensors.iter().all(|health| health.contradictions() == 1));
+    }
+
+    #[test]
+    fn a_voice_that_says_uncertain_leaves_the_value_and_frees_the_cell_of_its_owner() {
+        let mut grid = grid(1, 1, 2);
+        let cell = grid.geometry().cell(0, 0).unwrap();
+        let mut sensors = [Health::default(); 2];
+        grid.add(cell, says(1, 0), &mut sensors);
+        grid.add(cell, says(2, 128), &mut sensors);
+        assert_eq!(grid.certainty(cell), Certainty::FREE);
+        assert_eq!(grid.owner(cell), None);
+        // So the next word is taken as is: what a blind sensor freed is taken back.
+        grid.add(cell, says(2, 128), &mut sensors);
+        assert_eq!(grid.certainty(cell), Certainty::UNCERTAIN);
+    }
+
+    #[test]
+    fn owners_are_drawn_where_they_spoke_last() {
+        let mut grid = grid(4, 2, 3);
+        let mut sensors = [Health::default(); 3];
+        for (column, row, number) in [(0, 0, 1), (1, 0, 2), (2, 0, 3), (1, 1, 1), (1, 0, 3)] {
+            let cell = grid.geometry().cell(column, row).unwrap();
+            grid.add(cell, says(number, 255), &mut sensors);
+        }
+        let drawn = draw(&grid.geometry(), |cell| match grid.owner(cell) {
+            Some(owner) => (b'0' + owner.number()) as char,
+            None => '-',
+        });
+        assert_eq!(drawn, ["-1--", "133-"]);
+    }
+
+    #[test]
+    fn a_sensor_the_grid_was_not_made_for_is_not_added() {
+        let mut grid = grid(1, 1, 2);
+        let cell = grid.geometry().cell(0, 0).unwrap();
+        grid.add(cell, says(3, 255), &mut [Health::default(); 3]);
+        assert_eq!(grid.certainty(cell), Certainty::UNCERTAIN);
+    }
+
+    #[test]
+    fn storage_of_another_size_is_handed_back() {
+        let shape = Geometry::try_new(2, 2, Millimeters::new(100), Point::ORIGIN).unwrap();
+        let make = |cells: usize, owners: usize| {
+            RobustGrid::try_new(
+                shape,
+                RobustRules::DEFAULT,
+                3,
+                vec![1; cells],
+                vec![2; owners],
+            )
+        };
+        let cells = make(3, 1).unwrap_err();
+        assert_eq!((cells.needed, cells.storage), (4, (vec![1; 3], vec![2; 1])));
+        let owners = make(4, 2).unwrap_err();
+        assert_eq!((owners.needed, owners.storage.1), (1, vec![2; 2]));
+    }
+
+    proptest! {
+        #[test]
+        fn any_run_of_measurements_follows_the_figure(
+            run in prop::collection::vec((1..=3_u8, 0..=255_u8), 0..300),
+        ) {
+            let mut grid = grid(1, 1, 3);
+            let cell = grid.geometry().cell(0, 0).unwrap();
+            let mut sensors = [Health::default(); 3];
+            let full = f64::from(u16::MAX) / 65536.0;
+            let mut naive = Naive { occ: 0.5, owner: 0, conf: [full; 4] };
+            for (number, bits) in run {
+                grid.add(cell, says(number, bits), &mut sensors);
+                naive.add(number.into(), f64::from(bits) / 256.0);
+                prop_assert_eq!(f64::from(grid.certainty(cell).to_bits()) / 256.0, naive.occ);
+                let owner = grid.owner(cell).map_or(0, |owner| usize::from(owner.number()));
+                prop_assert_eq!(owner, naive.owner);
+                for (slot, health) in sensors.iter().enumerate() {
+                    let confidence = health.confidence().value().to_num::<f64>();
+                    prop_assert_eq!(confidence, naive.conf[slot + 1]);
+                }
+            }
+        }
+    }
+}

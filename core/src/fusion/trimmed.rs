@@ -83,3 +83,57 @@ fn trimmed(votes: &[Certainty], trim: usize, strongest: LogOdds) -> Certainty {
         .fold(LogOdds::EVEN, LogOdds::saturating_add)
         .certainty()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn fused(bits: &[u8], trim: usize) -> Certainty {
+        let mut votes: Vec<_> = bits.iter().copied().map(Certainty::from_bits).collect();
+        votes.sort();
+        trimmed(&votes, trim, LogOdds::MAX)
+    }
+
+    #[test]
+    fn what_is_kept_is_fused_by_eq_1() {
+        // 0.75 and 0.75 of [0, 0.75, 0.75, 1]: odds 3 · 3, so 0.9, which is 230.4; each vote is
+        // rounded to a step of log-odds, 1.4 of these at most.
+        for (votes, trim) in [([0, 192, 255, 192].as_slice(), 1), (&[192, 192], 0)] {
+            assert!(fused(votes, trim).to_bits().abs_diff(230) <= 2);
+        }
+    }
+
+    #[test]
+    fn three_votes_trimmed_by_one_are_their_median() {
+        // But for the rounding to a step of log-odds.
+        for (votes, middle) in [([0, 200, 255], 200), ([0, 0, 255], 0), ([255, 7, 255], 255)] {
+            assert!(
+                fused(&votes, 1).to_bits().abs_diff(middle) <= 2,
+                "{votes:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn fewer_than_2t_plus_1_votes_are_uncertain() {
+        for trim in 1..4_usize {
+            for votes in 0..2 * trim + 1 {
+                assert_eq!(fused(&vec![255; votes], trim), Certainty::UNCERTAIN);
+            }
+            assert_eq!(fused(&vec![255; 2 * trim + 1], trim), Certainty::OCCUPIED);
+        }
+    }
+
+    /// [000] §3.1: values outside are removed, values between two correct ones do no harm.
+    #[test]
+    fn t_liars_among_2t_plus_1_cannot_turn_agreeing_sensors() {
+        for trim in 1..4_usize {
+            for lie in 0..=u8::MAX {
+                let mut votes = vec![230; trim + 1];
+                votes.extend(vec![lie; trim]);
+                let certainty = fused(&votes, trim).to_bits();
+                assert!(certainty >= 229, "{trim} liars say {lie}: {certainty}");
+            }
+        }
+    }
+}

@@ -1,0 +1,245 @@
+//! The core's grids with the host's storage, chosen at run time.
+
+use certainty_core::certainty::Certainty;
+use certainty_core::fusion::{
+    Accumulated, BayesGrid, Beam, BeamModel, CertaintyGrid, Environment, Geometry, Latest, Mapper,
+    MedianGrid, RobustGrid, RobustRules, STRONGEST_MEASUREMENT, TrimmedGrid, UnknownSensor,
+    owner_bytes,
+};
+use certainty_core::health::{Health, HealthRules};
+use certainty_core::sensor::SensorId;
+use certainty_core::units::Ticks;
+use core::fmt;
+use core::str::FromStr;
+
+/// A way to fuse, by the name it has on the command line and in reports.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Method {
+    /// Eq. 1 of [001]: [`BayesGrid`].
+    Bayes,
+    /// `AddToGrid`, [001] Fig. 3: [`RobustGrid`].
+    Robust,
+    /// Trim, then eq. 1, [000] §3.1: [`TrimmedGrid`].
+    Trimmed,
+    /// Median selection, [000] §3.2: [`MedianGrid`].
+    Median,
+}
+
+impl Method {
+    /// Every method, in the order in which reports list them.
+    pub const ALL: [Self; 4] = [Self::Bayes, Self::Robust, Self::Trimmed, Self::Median];
+
+    /// Returns the method's name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Bayes => "bayes",
+            Self::Robust => "robust",
+            Self::Trimmed => "trimmed",
+            Self::Median => "median",
+        }
+    }
+
+    /// Returns the bytes of storage that this method needs a cell for so many sensors, owners
+    /// rounded up to whole bytes.
+    #[must_use]
+    pub const fn layers(self, sensors: u8) -> u64 {
+        match self {
+            Self::Bayes => 1,
+            Self::Robust => 2,
+            Self::Trimmed | Self::Median => sensors as u64,
+        }
+    }
+}
+
+impl fmt::Display for Method {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// The name is none of a method's.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("'{0}' is no fusion method; use bayes, robust, trimmed or median")]
+pub struct UnknownMethod(pub String);
+
+impl FromStr for Method {
+    type Err = UnknownMethod;
+
+    fn from_str(name: &str) -> Result<Self, UnknownMethod> {
+        let found = Self::ALL.into_iter().find(|method| method.name() == name);
+        found.ok_or_else(|| UnknownMethod(name.to_owned()))
+    }
+}
+
+/// How each sensor's own grid is kept by the trimmed and the median method; [000] §3.1 leaves it open.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Own {
+    /// The sensor's latest word counts.
+    Latest,
+    /// The sensor's words are fused by eq. 1.
+    Accumulated,
+}
+
+/// A fusion level on the heap: a [`Mapper`] for any method, size and number of sensors.
+///
+/// The method is looked up once a reading; within a reading the core's code runs as it does on a
+/// microcontroller.
+#[derive(Debug, Clone)]
+pub struct HostMapper(Inner);
+
+type Bytes = Vec<u8>;
+/// A vote may have as many sensors as there are numbers.
+const MOST: usize = 255;
+
+#[derive(Debug, Clone)]
+enum Inner {
+    Bayes(Mapper<BayesGrid<Geometry, Bytes>, Vec<Health>>),
+    Robust(Mapper<RobustGrid<Geometry, Bytes, Bytes>, Vec<Health>>),
+    TrimmedLatest(Mapper<TrimmedGrid<Geometry, Bytes, MOST, Latest>, Vec<Health>>),
+    TrimmedAccumulated(Mapper<TrimmedGrid<Geometry, Bytes, MOST, Accumulated>, Vec<Health>>),
+    MedianLatest(Mapper<MedianGrid<Geometry, Bytes, MOST, Latest>, Vec<Health>>),
+    MedianAccumulated(Mapper<MedianGrid<Geometry, Bytes, MOST, Accumulated>, Vec<Health>>),
+}
+
+/// Runs the same expression on whichever mapper it is.
+macro_rules! each {
+    ($inner:expr, $mapper:ident => $do:expr) => {
+        match $inner {
+            Inner::Bayes($mapper) => $do,
+            Inner::Robust($mapper) => $do,
+            Inner::TrimmedLatest($mapper) => $do,
+            Inner::TrimmedAccumulated($mapper) => $do,
+            Inner::MedianLatest($mapper) => $do,
+            Inner::MedianAccumulated($mapper) => $do,
+        }
+    };
+}
+
+impl HostMapper {
+    /// Creates an empty map for sensors 1 to `sensors`, all trusted, with every default of the core.
+    ///
+    /// The trimmed method trims one sensor each way, none where there are fewer than three.
+    ///
+    /// # Panics
+    ///
+    /// For no sensors.
+    #[must_use]
+    pub fn new(method: Method, own: Own, geometry: Geometry, sensors: u8) -> Self {
+        const RIGHT_SIZE: &str = "the storage was made for this geometry";
+        assert!(sensors > 0, "a map needs a sensor");
+        let cells = geometry.cells() as usize;
+        let flat = vec![0; cells];
+        let layered = || vec![0; cells * usize::from(sensors)];
+        let health = vec![Health::default(); sensors.into()];
+        let rules = HealthRules::DEFAULT;
+        let trim = u8::from(sensors >= 3);
+        let sure = STRONGEST_MEASUREMENT;
+        Self(match (method, own) {
+            (Method::Bayes, _) => {
+                let grid = BayesGrid::try_new(geometry, sure, flat);
+                Inner::Bayes(Mapper::new(grid.expect(RIGHT_SIZE), health, rules))
+            }
+            (Method::Robust, _) => {
+                let owners = vec![0; owner_bytes(cells, sensors)];
+                let add = RobustRules::DEFAULT;
+                let grid = RobustGrid::try_new(geometry, add, sensors, flat, owners);
+                Inner::Robust(Mapper::new(grid.expect(RIGHT_SIZE), health, rules))
+            }
+            (Method::Trimmed, Own::Latest) => {
+                let grid = TrimmedGrid::try_new(geometry, sensors, trim, sure, layered());
+                Inner::TrimmedLatest(Mapper::new(grid.expect(RIGHT_SIZE), health, rules))
+            }
+            (Method::Trimmed, Own::Accumulated) => {
+                let grid = TrimmedGrid::try_new(geometry, sensors, trim, sure, layered());
+                Inner::TrimmedAccumulated(Mapper::new(grid.expect(RIGHT_SIZE), health, rules))
+            }
+            (Method::Median, Own::Latest) => {
+                let grid = MedianGrid::try_new(geometry, sensors, layered());
+                Inner::MedianLatest(Mapper::new(grid.expect(RIGHT_SIZE), health, rules))
+            }
+            (Method::Median, Own::Accumulated) => {
+                let grid = MedianGrid::try_new(geometry, sensors, layered());
+                Inner::MedianAccumulated(Mapper::new(grid.expect(RIGHT_SIZE), health, rules))
+            }
+        })
+    }
+
+    /// Takes one reading into the map; see [`Mapper::integrate`].
+    ///
+    /// # Errors
+    ///
+    /// [`UnknownSensor`] if the map was made for fewer sensors.
+    pub fn integrate(
+        &mut self,
+        sensor: SensorId,
+        beam: &Beam,
+        model: &BeamModel,
+        now: Ticks,
+    ) -> Result<u32, UnknownSensor> {
+        each!(&mut self.0, mapper => mapper.integrate(sensor, beam, model, now))
+    }
+
+    /// Returns the fused value of every cell, row after row from the lowest.
+    #[must_use]
+    pub fn cells(&self) -> Vec<Certainty> {
+        each!(&self.0, mapper => {
+            let map: Environment<'_, _> = mapper.environment();
+            map.geometry().iter().map(|cell| map.certainty(cell)).collect()
+        })
+    }
+
+    /// Returns every sensor with its health.
+    #[must_use]
+    pub fn health(&self) -> Vec<(SensorId, Health)> {
+        each!(&self.0, mapper => {
+            let sensors = mapper.environment().sensors();
+            sensors.map(|(id, health)| (id, *health)).collect()
+        })
+    }
+
+    /// Returns where the map lies and how it is divided.
+    #[must_use]
+    pub fn geometry(&self) -> Geometry {
+        each!(&self.0, mapper => mapper.grid().geometry())
+    }
+
+    /// Returns the bytes of cells and owners ([001] §7).
+    #[must_use]
+    pub fn memory_bytes(&self) -> usize {
+        each!(&self.0, mapper => mapper.grid().memory_bytes())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use certainty_core::units::{Millimeters, Point};
+
+    #[test]
+    fn memory_is_the_papers_formula_for_every_method() {
+        let geometry = Geometry::try_new(17, 11, Millimeters::new(100), Point::ORIGIN).unwrap();
+        for (sensors, owners) in [(3, 47), (4, 71), (5, 71), (7, 71)] {
+            let layered = 187 * usize::from(sensors);
+            for (method, expected) in [
+                (Method::Bayes, 187),
+                (Method::Robust, 187 + owners),
+                (Method::Trimmed, layered),
+                (Method::Median, layered),
+            ] {
+                for own in [Own::Latest, Own::Accumulated] {
+                    let map = HostMapper::new(method, own, geometry, sensors);
+                    assert_eq!(map.memory_bytes(), expected, "{method} for {sensors}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn names_are_read_back_and_others_refused() {
+        for method in Method::ALL {
+            assert_eq!(method.name().parse(), Ok(method));
+        }
+        assert_eq!("Bayes".parse::<Method>(), Err(UnknownMethod("Bayes".into())));
+    }
+}
