@@ -233,7 +233,7 @@ mod tests {
         assert_eq!(drawn, expected);
     }
 
-    /// PEERS: neighbouring cones erased each other's obstacles (navigation_layers).
+    /// PEERS: neighbouring cones erased each other's obstacles (navigation layers).
     #[test]
     fn neighbouring_cones_do_not_erase_each_others_obstacles() {
         // Two sonars 15° apart on one ring; the first sees a post at 700 mm on its axis, which is at
