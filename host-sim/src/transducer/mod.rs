@@ -1,5 +1,7 @@
 //! Simulated range sensors, behind one trait.
 
+pub mod stream;
+
 use certainty_core::transducer::Reading;
 use certainty_core::units::{BinaryAngle, Millimeters, Point, Ticks};
 
