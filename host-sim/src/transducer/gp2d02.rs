@@ -26,8 +26,8 @@ pub const FARTHEST: Millimeters = Millimeters::new(800);
 ///
 /// The rates of Table 1 hold at every distance of the range: an object that is seen at all is
 /// reported with some distance, if with the farthest, and noise alone never turns it into *no
-/// object*. Distances scatter by the accuracy as far as the unit's curve is like its fit; where the
-/// real units have a kink, around 40 cm, by up to a quarter more. Nearer than the range the byte folds back, as a real unit's does, and reads too near or
+/// object*. Distances scatter by the accuracy as far as the unit's curve is like its fit; where many
+/// real units have a kink, around 40 cm, by up to a quarter more on average. Nearer than the range the byte folds back, as a real unit's does, and reads too near or
 /// as a distance that is wrong.
 ///
 /// Order: the draws of a sensor depend on the seed, its number and how often it was asked; neither
