@@ -3,7 +3,7 @@
 //! The measured points of a real unit, joined by straight lines. Before the first and after the
 //! last point the curve is a model:
 //!
-//! - *Nearer* the spot leaves the detector and the byte falls again ([001] §6.1 gives 10 cm as the
+//! - *Nearer* the spot leaves the detector and the byte falls again (\[001\] §6.1 gives 10 cm as the
 //!   least distance): a straight line from the first point down to the floor at 0 mm. So a near
 //!   object gives the same bytes as a far one, which is what makes short distances ambiguous.
 //! - *Farther* the byte tends to the floor c of the fitted characteristic (see [`Fit`]), along a

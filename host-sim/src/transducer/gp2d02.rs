@@ -1,6 +1,6 @@
 //! A Sharp GP2D02 infrared sensor, simulated down to its byte.
 //!
-//! One conversion: the true distance → the errors of Table 1 of [001] → the byte of this unit's own
+//! One conversion: the true distance → the errors of Table 1 of \[001\] → the byte of this unit's own
 //! curve. A driver's half, byte → millimetres by the unit's calibration, makes it a [`Sensor`].
 
 use super::stream::{Purpose, stream};
@@ -16,10 +16,10 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use std::sync::Arc;
 
-/// The shortest distance a GP2D02 can tell: 100 mm ([001] §6.1).
+/// The shortest distance a GP2D02 can tell: 100 mm (\[001\] §6.1).
 pub const NEAREST: Millimeters = Millimeters::new(100);
 
-/// The longest distance a GP2D02 can tell: 800 mm ([001] §6.1).
+/// The longest distance a GP2D02 can tell: 800 mm (\[001\] §6.1).
 pub const FARTHEST: Millimeters = Millimeters::new(800);
 
 /// A simulated GP2D02 that looks at a world.

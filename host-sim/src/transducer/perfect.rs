@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 /// A sensor that reads the true distance, rounded to the nearest millimetre.
 ///
-/// The maps it makes are what [001] §6.2 compares with. For a sensor with the errors of a real one
+/// The maps it makes are what \[001\] §6.2 compares with. For a sensor with the errors of a real one
 /// see [`SimulatedGp2d02`](super::SimulatedGp2d02).
 #[derive(Debug, Clone)]
 pub struct PerfectSensor {

@@ -1,4 +1,4 @@
-//! How wrong real GP2D02 sensors are: Table 1 of [001].
+//! How wrong real GP2D02 sensors are: Table 1 of \[001\].
 
 use thiserror::Error;
 

@@ -4,14 +4,14 @@ use super::World;
 
 /// The world file of the built-in scene: also a sample of how one is written.
 ///
-/// In the manner of [001] Fig. 5(a), whose layout the paper does not give in numbers.
+/// In the manner of \[001\] Fig. 5(a), whose layout the paper does not give in numbers.
 pub const SMART_CAR: &str = include_str!("../../data/smart-car.toml");
 
 impl World {
     /// Returns the scene in front of the Smart Car: [`SMART_CAR`].
     ///
     /// Units and range: obstacles in x −850..=850 mm and y 0..=1100 mm, the certainty grid of
-    /// [001] §6.1; none within 150 mm of the sensors at the origin. Of the directions from
+    /// \[001\] §6.1; none within 150 mm of the sensors at the origin. Of the directions from
     /// −90° to 90° about half meet no obstacle within a GP2D02's 800 mm.
     ///
     /// # Panics

@@ -1,6 +1,6 @@
 //! Random layouts, for evaluations that must not hang on one scene.
 //!
-//! The papers give no obstacle layouts ([001] §6.2 says "different obstacle configurations"), so
+//! The papers give no obstacle layouts (\[001\] §6.2 says "different obstacle configurations"), so
 //! every number here is an open choice: the defaults fill the Smart Car's grid about as densely as
 //! the built-in scene. The same layout and seed always make the same world.
 
