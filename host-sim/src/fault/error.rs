@@ -1,0 +1,92 @@
+//! What can be wrong with a fault as it is written.
+
+use crate::quantity::{Excerpt, QuantityError};
+use thiserror::Error;
+
+/// The kinds, as errors list them.
+const KINDS: &str =
+    "stuck-far, stuck-near, noise, bias, scale, random, dropout, chatter or intermittent";
+
+/// Why a text is no fault; displays as one line with an example.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum SpecError {
+    /// No colon between kind and sensor.
+    #[error(
+        "'{text}' names no sensor: write KIND:SENSOR[=VALUE][@FROM[..TO]], for example stuck-far:2"
+    )]
+    NoSensor {
+        /// What was written.
+        text: Excerpt,
+    },
+    /// A kind that does not exist.
+    #[error("unknown fault '{kind}': write {KINDS}, for example stuck-far:2")]
+    UnknownKind {
+        /// What was written.
+        kind: Excerpt,
+    },
+    /// Neither a number from 1 to 255 nor a name.
+    #[error(
+        "'{sensor}' is no sensor: write a number from 1 to 255 or a name, for example stuck-far:2"
+    )]
+    BadSensor {
+        /// What was written.
+        sensor: Excerpt,
+    },
+    /// A sensor that is not there.
+    #[error("no sensor '{sensor}': {there_are}")]
+    NoSuchSensor {
+        /// What was written.
+        sensor: Excerpt,
+        /// The sensors there are.
+        there_are: String,
+    },
+    /// A value for a kind that has none.
+    #[error("{kind} takes no value: write {kind}:2 without '={value}'")]
+    NoValue {
+        /// The kind.
+        kind: &'static str,
+        /// What was written.
+        value: Excerpt,
+    },
+    /// A value that is no quantity of the kind.
+    #[error("{kind}: {source}, for example {example}")]
+    Quantity {
+        /// The kind.
+        kind: &'static str,
+        /// What is wrong with the value.
+        source: QuantityError,
+        /// A fault that would do.
+        example: &'static str,
+    },
+    /// A number that is out of what the kind takes.
+    #[error("{kind}: '{value}' is not {allowed}, for example {example}")]
+    BadValue {
+        /// The kind.
+        kind: &'static str,
+        /// What was written.
+        value: Excerpt,
+        /// What could have been.
+        allowed: &'static str,
+        /// A fault that would do.
+        example: &'static str,
+    },
+    /// An intermittent fault that does not say which, or is intermittent twice.
+    #[error("intermittent needs another kind as its value, for example intermittent:1=stuck-far")]
+    IntermittentWhat,
+    /// A window that is neither readings nor times.
+    #[error(
+        "'@{window}' is no window: write two readings or two times, for example @0..50 or @3s..8s"
+    )]
+    BadWindow {
+        /// What was written.
+        window: Excerpt,
+    },
+    /// A window that ends before it starts, or at its start.
+    #[error(
+        "'@{window}' is empty: its end is not within, so it must be above its start, for example @0..50"
+    )]
+    EmptyWindow {
+        /// What was written.
+        window: Excerpt,
+    },
+}

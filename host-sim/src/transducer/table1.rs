@@ -1,0 +1,193 @@
+//! How wrong real GP2D02 sensors are: Table 1 of \[001\].
+
+use thiserror::Error;
+
+/// What stands for "< 1 %" in Table 1: half of that, an open choice.
+pub const BELOW_ONE_PERCENT: f64 = 0.005;
+
+/// The statistical errors of one sensor.
+///
+/// Possession proves that the probabilities are within 0..=1, that the accuracy is finite and not
+/// negative, and that false distances come from a part of the range.
+///
+/// Table 1 gives three numbers a sensor, and neither says what *accuracy* measures nor what
+/// distance is reported where *no object* is missed. Both are choices here; see the fields'
+/// accessors.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SensorModel {
+    accuracy: f64,
+    p_failed_inf: f64,
+    p_false_inf: f64,
+    false_distances: (f64, f64),
+}
+
+/// Why a sensor model was refused.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+pub enum SensorModelError {
+    /// The accuracy is negative or no number.
+    #[error("the accuracy must be a fraction of 0 or more")]
+    Accuracy,
+    /// A probability is outside 0..=1.
+    #[error("a probability must be within 0..=1")]
+    Probability,
+    /// False distances must come from an ascending part of the range.
+    #[error("false distances must come from a part of the range, 0 <= from <= to <= 1")]
+    FalseDistances,
+}
+
+impl SensorModel {
+    /// Sensor A: 6 %, 16 %, 4 %.
+    pub const A: Self = Self::printed(0.06, 0.16, 0.04);
+    /// Sensor B: 10 %, 18 %, 8 %.
+    pub const B: Self = Self::printed(0.10, 0.18, 0.08);
+    /// Sensor C: 7 %, < 1 %, < 1 %.
+    pub const C: Self = Self::printed(0.07, BELOW_ONE_PERCENT, BELOW_ONE_PERCENT);
+    /// Sensor D: 12 %, 18 %, 9 %.
+    pub const D: Self = Self::printed(0.12, 0.18, 0.09);
+    /// Sensor E: 3 %, < 1 %, < 1 %.
+    pub const E: Self = Self::printed(0.03, BELOW_ONE_PERCENT, BELOW_ONE_PERCENT);
+
+    /// The five sensors of Table 1, in its order, with their letters.
+    pub const TABLE_1: [(char, Self); 5] = [
+        ('A', Self::A),
+        ('B', Self::B),
+        ('C', Self::C),
+        ('D', Self::D),
+        ('E', Self::E),
+    ];
+
+    /// A sensor without statistical errors: only its curve and its byte are in the way.
+    pub const FLAWLESS: Self = Self::printed(0.0, 0.0, 0.0);
+
+    /// A line of the table; false distances from the far half of the range.
+    const fn printed(accuracy: f64, p_failed_inf: f64, p_false_inf: f64) -> Self {
+        Self {
+            accuracy,
+            p_failed_inf,
+            p_false_inf,
+            false_distances: (0.5, 1.0),
+        }
+    }
+
+    /// Creates a model from the three columns of Table 1, as fractions.
+    ///
+    /// # Errors
+    ///
+    /// [`SensorModelError`] names what is out of its range.
+    pub fn try_new(
+        accuracy: f64,
+        p_failed_inf: f64,
+        p_false_inf: f64,
+    ) -> Result<Self, SensorModelError> {
+        if !(accuracy.is_finite() && accuracy >= 0.0) {
+            return Err(SensorModelError::Accuracy);
+        }
+        if ![p_failed_inf, p_false_inf]
+            .iter()
+            .all(|p| (0.0..=1.0).contains(p))
+        {
+            return Err(SensorModelError::Probability);
+        }
+        Ok(Self::printed(accuracy, p_failed_inf, p_false_inf))
+    }
+
+    /// Returns the model with false distances drawn from another part of the range: `from` and `to`
+    /// as fractions of the way from the nearest to the farthest distance.
+    ///
+    /// # Errors
+    ///
+    /// [`SensorModelError::FalseDistances`] unless 0 ≤ `from` ≤ `to` ≤ 1.
+    pub fn with_false_distances(self, from: f64, to: f64) -> Result<Self, SensorModelError> {
+        if !(0.0 <= from && from <= to && to <= 1.0) {
+            return Err(SensorModelError::FalseDistances);
+        }
+        Ok(Self {
+            false_distances: (from, to),
+            ..self
+        })
+    }
+
+    /// Returns the standard deviation of the relative error of a distance, as a fraction.
+    ///
+    /// That this is what Table 1 calls accuracy is an open choice.
+    #[must_use]
+    pub const fn accuracy(&self) -> f64 {
+        self.accuracy
+    }
+
+    /// Returns the probability of a distance being reported where no object is in range.
+    #[must_use]
+    pub const fn p_failed_inf(&self) -> f64 {
+        self.p_failed_inf
+    }
+
+    /// Returns the probability of *no object* being reported where one is in range.
+    #[must_use]
+    pub const fn p_false_inf(&self) -> f64 {
+        self.p_false_inf
+    }
+
+    /// Returns the part of the range from which false distances are drawn, uniformly.
+    ///
+    /// An open choice. The default is the far half, 0.5 to 1: there the curve is so flat that a few
+    /// counts of noise are a distance.
+    #[must_use]
+    pub const fn false_distances(&self) -> (f64, f64) {
+        self.false_distances
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn table_1_is_as_printed() {
+        let rows = SensorModel::TABLE_1.map(|(letter, model)| {
+            let percent = |p: f64| {
+                if p < 0.01 {
+                    "<1".to_owned()
+                } else {
+                    format!("{:.0}", p * 100.0)
+                }
+            };
+            format!(
+                "{letter} {} {} {}",
+                percent(model.accuracy()),
+                percent(model.p_failed_inf()),
+                percent(model.p_false_inf())
+            )
+        });
+        assert_eq!(
+            rows,
+            [
+                "A 6 16 4",
+                "B 10 18 8",
+                "C 7 <1 <1",
+                "D 12 18 9",
+                "E 3 <1 <1"
+            ]
+        );
+    }
+
+    #[test]
+    fn what_is_no_probability_is_refused() {
+        assert_eq!(
+            SensorModel::try_new(-0.1, 0.0, 0.0),
+            Err(SensorModelError::Accuracy)
+        );
+        assert_eq!(
+            SensorModel::try_new(0.1, 1.1, 0.0),
+            Err(SensorModelError::Probability)
+        );
+        assert_eq!(
+            SensorModel::try_new(0.1, 0.0, f64::NAN),
+            Err(SensorModelError::Probability)
+        );
+        assert_eq!(
+            SensorModel::A.with_false_distances(0.6, 0.5),
+            Err(SensorModelError::FalseDistances)
+        );
+        assert_eq!(SensorModel::try_new(0.06, 0.16, 0.04), Ok(SensorModel::A));
+    }
+}

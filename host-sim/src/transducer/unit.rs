@@ -1,0 +1,273 @@
+//! Real GP2D02 units: each with a curve, and so a calibration, of its own.
+
+use super::characteristic::{Characteristic, CurveError, CurvePoint};
+use super::fit::FitError;
+use super::gp2d02::{FARTHEST, NEAREST};
+use certainty_core::transducer::{Calibration, Reading};
+use std::sync::LazyLock;
+use thiserror::Error;
+
+/// The table of the sixteen real units that come with the program.
+///
+/// Source: numbers tabulated in the public project humbertomb/ThinkingCapSim (robot Quaky II).
+pub const GP2D02_UNITS: &str = include_str!("../../data/gp2d02-units.csv");
+
+/// One GP2D02 as it came from the factory, and the calibration that was measured for it.
+///
+/// Possession proves that the calibration tells *no object* from an echo: the byte the unit gives
+/// where nothing reflects reads as no object.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Gp2d02Unit {
+    name: String,
+    characteristic: Characteristic,
+    calibration: Calibration,
+    faintest_echo: u8,
+}
+
+/// Why a table of units was refused; displays as one line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+pub enum UnitsError {
+    /// The table has no line of names, or no unit in it.
+    #[error("line 1: name the columns: dist_cm and one name a unit, separated by commas")]
+    NoHeader,
+    /// A line has more or fewer columns than the first.
+    #[error("line {line}: {found} columns where the first line names {expected}")]
+    Columns {
+        /// The line, from 1.
+        line: usize,
+        /// How many there are.
+        found: usize,
+        /// How many there should be.
+        expected: usize,
+    },
+    /// A field is no number.
+    #[error("line {line}, column {column}: not a number; write distances in cm and bytes")]
+    NotANumber {
+        /// The line, from 1.
+        line: usize,
+        /// The column, from 1.
+        column: usize,
+    },
+    /// A unit's column is no characteristic.
+    #[error("column {column}: {source}")]
+    Curve {
+        /// The column, from 1.
+        column: usize,
+        /// What is wrong with it.
+        source: CurveError,
+    },
+}
+
+impl Gp2d02Unit {
+    /// Creates a unit from its curve; its calibration is the curve's fit over 100 mm to 800 mm.
+    ///
+    /// # Errors
+    ///
+    /// [`FitError`] where the core cannot hold the calibration, [`FitError::Floor`] also where it
+    /// could not tell an echo from none.
+    pub fn new(name: impl Into<String>, characteristic: Characteristic) -> Result<Self, FitError> {
+        let calibration = characteristic.fit().calibration(NEAREST, FARTHEST)?;
+        let silent = characteristic.silence().round() as u8;
+        let faintest_echo = (silent..=u8::MAX)
+            .find(|&raw| matches!(calibration.reading(raw), Reading::Echo(_)))
+            .filter(|&faintest| faintest > silent)
+            .ok_or(FitError::Floor)?;
+        Ok(Self {
+            name: name.into(),
+            characteristic,
+            calibration,
+            faintest_echo,
+        })
+    }
+
+    /// Returns the sixteen real units, `A0_0` to `A3_3`.
+    ///
+    /// # Panics
+    ///
+    /// Never: a test proves that the table, which is part of the program, is sound.
+    #[must_use]
+    pub fn shipped() -> &'static [Self] {
+        static UNITS: LazyLock<Vec<Gp2d02Unit>> =
+            LazyLock::new(|| Gp2d02Unit::parse(GP2D02_UNITS).expect("the shipped table is sound"));
+        &UNITS
+    }
+
+    /// Reads a table of units: comma-separated, `#` starts a comment line, the first line names the
+    /// units, each further one gives a distance in centimetres and every unit's byte there.
+    ///
+    /// # Errors
+    ///
+    /// [`UnitsError`] names the line or the column.
+    pub fn parse(table: &str) -> Result<Vec<Self>, UnitsError> {
+        let mut lines = (1..)
+            .zip(table.lines())
+            .filter(|(_, line)| !line.trim().is_empty() && !line.starts_with('#'));
+        let (_, header) = lines.next().ok_or(UnitsError::NoHeader)?;
+        let names: Vec<&str> = header.split(',').skip(1).map(str::trim).collect();
+        if names.is_empty() || names.iter().any(|name| name.is_empty()) {
+            return Err(UnitsError::NoHeader);
+        }
+        let mut curves: Vec<Vec<CurvePoint>> = vec![Vec::new(); names.len()];
+        for (line, row) in lines {
+            let fields = (1..)
+                .zip(row.split(','))
+                .map(|(column, field)| {
+                    let number = field.trim().parse::<f64>();
+                    number.map_err(|_| UnitsError::NotANumber { line, column })
+                })
+                .collect::<Result<Vec<_>, _>>()?;
+            let Some((&cm, raws)) = fields.split_first().filter(|(_, r)| r.len() == names.len())
+            else {
+                return Err(UnitsError::Columns {
+                    line,
+                    found: fields.len(),
+                    expected: names.len() + 1,
+                });
+            };
+            for (curve, &raw) in curves.iter_mut().zip(raws) {
+                curve.push(CurvePoint {
+                    distance_mm: cm * 10.0,
+                    raw,
+                });
+            }
+        }
+        (2..)
+            .zip(names.into_iter().zip(curves))
+            .map(|(column, (name, points))| {
+                let refused = |source| UnitsError::Curve { column, source };
+                let curve = Characteristic::through(points).map_err(refused)?;
+                Self::new(name, curve).map_err(|e| refused(CurveError::Fit(e)))
+            })
+            .collect()
+    }
+
+    /// Returns the unit's name.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Returns what byte the unit gives at which distance.
+    #[must_use]
+    pub const fn characteristic(&self) -> &Characteristic {
+        &self.characteristic
+    }
+
+    /// Returns how the unit's bytes become millimetres.
+    #[must_use]
+    pub const fn calibration(&self) -> &Calibration {
+        &self.calibration
+    }
+
+    /// Returns the smallest byte above silence that the calibration reads as an echo.
+    #[must_use]
+    pub const fn faintest_echo(&self) -> u8 {
+        self.faintest_echo
+    }
+
+    /// Returns the byte the unit gives at `distance_mm`, rounded to the nearest.
+    #[must_use]
+    pub fn byte_at(&self, distance_mm: f64) -> u8 {
+        // Within 0..=255 already; the cast saturates.
+        self.characteristic.raw(distance_mm).round() as u8
+    }
+
+    /// Returns the byte the unit gives where nothing reflects.
+    #[must_use]
+    pub fn silent_byte(&self) -> u8 {
+        self.characteristic.silence().round() as u8
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn the_shipped_table_holds_sixteen_units_at_twenty_two_distances() {
+        let units = Gp2d02Unit::shipped();
+        assert_eq!(units.len(), 16);
+        for unit in units {
+            assert_eq!(unit.characteristic().points().len(), 22, "{}", unit.name());
+        }
+        assert_eq!(units[5].name(), "A1_1");
+        assert_eq!(units[5].byte_at(80.0), 244);
+        assert_eq!(units[5].byte_at(900.0), 111);
+    }
+
+    #[test]
+    fn every_unit_fits_the_characteristic_within_about_a_count() {
+        // Two-sided: a change for the better deserves a look as well.
+        let (mut worst_rms, mut worst) = (0.0_f64, 0.0_f64);
+        for unit in Gp2d02Unit::shipped() {
+            let fit = unit.characteristic().fit();
+            println!(
+                "{}: a {:.0} b {} c {:.2} rms {:.2} worst {:.2}",
+                unit.name(),
+                fit.slope(),
+                fit.offset(),
+                fit.floor(),
+                fit.rms(),
+                fit.worst()
+            );
+            worst_rms = worst_rms.max(fit.rms());
+            worst = worst.max(fit.worst());
+        }
+        assert!((0.9..1.1).contains(&worst_rms), "{worst_rms}");
+        assert!((2.5..3.0).contains(&worst), "{worst}");
+    }
+
+    #[test]
+    fn units_differ_so_much_at_80_cm_that_each_needs_its_own_calibration() {
+        let bytes = Gp2d02Unit::shipped().iter().map(|unit| unit.byte_at(800.0));
+        let (least, most) = (bytes.clone().min().unwrap(), bytes.max().unwrap());
+        assert_eq!(most - least, 48);
+    }
+
+    #[test]
+    fn every_unit_reads_its_own_curve_back_within_a_tenth() {
+        for unit in Gp2d02Unit::shipped() {
+            for mm in (120..=700).step_by(10) {
+                let truth = f64::from(mm);
+                let Reading::Echo(read) = unit.calibration().reading(unit.byte_at(truth)) else {
+                    panic!("{} does not echo at {mm} mm", unit.name());
+                };
+                let error = (f64::from(read.get()) - truth).abs() / truth;
+                assert!(error < 0.13, "{} at {mm} mm: {error}", unit.name());
+            }
+            let silent = unit.silent_byte();
+            assert_eq!(unit.calibration().reading(silent), Reading::NoObject);
+        }
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_table_is_said_with_its_place() {
+        let line = |table| Gp2d02Unit::parse(table).unwrap_err().to_string();
+        assert!(line("").starts_with("line 1: name the columns"));
+        assert!(line("dist_cm").starts_with("line 1: name the columns"));
+        assert_eq!(
+            line("d,A,B\n10,190,191\n# note\n20,135\n"),
+            "line 4: 2 columns where the first line names 3"
+        );
+        assert_eq!(
+            line("d,A\n10,x"),
+            "line 2, column 2: not a number; write distances in cm and bytes"
+        );
+        assert_eq!(
+            line("d,A,B\n10,190,190\n20,135,135\n40,95,300\n"),
+            "column 3: the bytes of a characteristic must be within 0..=255"
+        );
+        assert_eq!(
+            line("d,A\n10,190\n"),
+            "column 2: a characteristic needs points at three distances or more"
+        );
+    }
+
+    proptest! {
+        #[test]
+        fn no_table_panics(table in "(d,A(,B)?\n)?([0-9.,aN-]{0,12}\n){0,6}") {
+            let _: Result<Vec<Gp2d02Unit>, UnitsError> = Gp2d02Unit::parse(&table);
+        }
+    }
+}

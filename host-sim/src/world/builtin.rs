@@ -1,0 +1,24 @@
+//! The scene in front of the Smart Car.
+
+use super::World;
+
+/// The world file of the built-in scene: also a sample of how one is written.
+///
+/// In the manner of \[001\] Fig. 5(a), whose layout the paper does not give in numbers.
+pub const SMART_CAR: &str = include_str!("../../data/smart-car.toml");
+
+impl World {
+    /// Returns the scene in front of the Smart Car: [`SMART_CAR`].
+    ///
+    /// Units and range: obstacles in x −850..=850 mm and y 0..=1100 mm, the certainty grid of
+    /// \[001\] §6.1; none within 150 mm of the sensors at the origin. Of the directions from
+    /// −90° to 90° about half meet no obstacle within a GP2D02's 800 mm.
+    ///
+    /// # Panics
+    ///
+    /// Never: a test proves that the file, which is part of the program, is a world.
+    #[must_use]
+    pub fn built_in() -> Self {
+        Self::parse(SMART_CAR.as_bytes(), "smart-car.toml").expect("the built-in world is valid")
+    }
+}

@@ -1,0 +1,262 @@
+//! World files: TOML in which every length carries its unit.
+//!
+//! A file names a world and lists its obstacles as `[[box]]`, `[[disc]]` and `[[wall]]` tables;
+//! [`SMART_CAR`](super::SMART_CAR) is a sample. What is wrong with a file is said in one line that
+//! starts with `file:line`.
+
+use super::{Obstacle, ObstacleError, World};
+use crate::quantity::{self, QuantityError, SignedMillimeters};
+use certainty_core::units::{BinaryAngle, Millimeters, Point};
+use core::ops::Range;
+use serde::de::{Deserialize, Deserializer, Error as _};
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+use toml::Spanned;
+
+/// Largest world file that is read, in bytes: some 40 000 obstacles.
+const MOST_BYTES: u64 = 4 << 20;
+
+/// How thick a wall is that does not say.
+const WALL_THICKNESS: Millimeters = Millimeters::new(20);
+
+/// What a world file must hold at the least.
+const SAMPLE: &str =
+    r#"add for example: [[disc]] center = ["0mm", "500mm"] radius = "80mm", on three lines"#;
+
+/// Why a world file was refused; displays as one line.
+#[derive(Debug, Error)]
+pub enum WorldError {
+    /// The file cannot be read.
+    #[error("{}: cannot read the world file: {source}; check the path", file.display())]
+    Unreadable {
+        /// Its path.
+        file: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The file is larger than any world needs to be.
+    #[error("{}: over 4 MiB, which is no world file; check the path", file.display())]
+    TooLong {
+        /// Its path.
+        file: PathBuf,
+    },
+    /// Something in the file is not as it should be.
+    #[error("{file}:{line}: {problem}")]
+    Invalid {
+        /// The name it was given.
+        file: String,
+        /// The line, from 1.
+        line: usize,
+        /// What is wrong and what to do.
+        problem: String,
+    },
+}
+
+impl World {
+    /// Reads the world file at `path`.
+    ///
+    /// # Errors
+    ///
+    /// [`WorldError`] says in one line which file and line are wrong and what to do.
+    pub fn load(path: &Path) -> Result<Self, WorldError> {
+        let unreadable = |source| WorldError::Unreadable {
+            file: path.to_owned(),
+            source,
+        };
+        let mut bytes = Vec::new();
+        // One byte more than is allowed tells a long file, or a device without end.
+        File::open(path)
+            .map_err(unreadable)?
+            .take(MOST_BYTES + 1)
+            .read_to_end(&mut bytes)
+            .map_err(unreadable)?;
+        if bytes.len() as u64 > MOST_BYTES {
+            return Err(WorldError::TooLong {
+                file: path.to_owned(),
+            });
+        }
+        Self::parse(&bytes, &path.display().to_string())
+    }
+
+    /// Reads a world from the bytes of a world file, which errors call `file`.
+    ///
+    /// ```
+    /// use certainty_sim::world::World;
+    ///
+    /// let text = br#"
+    ///     name = "corner"
+    ///     [[wall]]
+    ///     from = ["0mm", "1m"]
+    ///     to = ["1m", "1m"]
+    /// "#;
+    /// assert_eq!(World::parse(text, "corner.toml")?.obstacles().len(), 1);
+    ///
+    /// let wrong = World::parse(b"[[disc]]\ncenter = [\"0mm\", \"1m\"]\nradius = \"8\"", "disc.toml");
+    /// assert_eq!(
+    ///     wrong.unwrap_err().to_string(),
+    ///     "disc.toml:3: '8' has no unit: write a length such as 100mm, 35cm or 8m"
+    /// );
+    /// # Ok::<(), certainty_sim::world::WorldError>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`WorldError::Invalid`] names the line and what to do.
+    pub fn parse(bytes: &[u8], file: &str) -> Result<Self, WorldError> {
+        let invalid = |offset: usize, problem: String| WorldError::Invalid {
+            file: file.to_owned(),
+            line: line_of(bytes, offset),
+            problem,
+        };
+        let text = core::str::from_utf8(bytes).map_err(|e| {
+            let problem = "not UTF-8 text; a world file is TOML";
+            invalid(e.valid_up_to(), problem.to_owned())
+        })?;
+        let parsed: WorldFile = toml::from_str(text).map_err(|e| {
+            let offset = e.span().map_or(0, |span| span.start);
+            invalid(offset, one_line(e.message()))
+        })?;
+        let obstacles = parsed
+            .obstacles()
+            .map_err(|(at, e)| invalid(at.start, e.to_string()))?;
+        if obstacles.is_empty() {
+            return Err(invalid(
+                bytes.len(),
+                format!("the world has no obstacle: {SAMPLE}"),
+            ));
+        }
+        Ok(Self::new(
+            parsed.name.unwrap_or_else(|| file.to_owned()),
+            obstacles,
+        ))
+    }
+}
+
+/// A world file as it is written.
+#[derive(Debug, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WorldFile {
+    name: Option<String>,
+    #[serde(default, rename = "box")]
+    boxes: Vec<Spanned<BoxTable>>,
+    #[serde(default, rename = "disc")]
+    discs: Vec<Spanned<DiscTable>>,
+    #[serde(default, rename = "wall")]
+    walls: Vec<Spanned<WallTable>>,
+}
+
+#[derive(Debug, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BoxTable {
+    center: [Coordinate; 2],
+    size: Spanned<[Length; 2]>,
+    rotation: Option<Angle>,
+}
+
+#[derive(Debug, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+struct DiscTable {
+    center: [Coordinate; 2],
+    radius: Spanned<Length>,
+}
+
+#[derive(Debug, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WallTable {
+    from: [Coordinate; 2],
+    to: [Coordinate; 2],
+    thickness: Option<Length>,
+}
+
+impl WorldFile {
+    /// The obstacles: boxes, discs, walls; or what is wrong, and in which bytes.
+    fn obstacles(&self) -> Result<Vec<Obstacle>, (Range<usize>, ObstacleError)> {
+        let boxes = self.boxes.iter().map(|table| {
+            let entry = table.get_ref();
+            let [width, height] = entry.size.get_ref();
+            let rotation = entry.rotation.as_ref().map_or(BinaryAngle::ZERO, |r| r.0);
+            Obstacle::rectangle(point(&entry.center), (width.0, height.0), rotation)
+                .map_err(|e| (entry.size.span(), e))
+        });
+        let discs = self.discs.iter().map(|table| {
+            let entry = table.get_ref();
+            Obstacle::disc(point(&entry.center), entry.radius.get_ref().0)
+                .map_err(|e| (entry.radius.span(), e))
+        });
+        let walls = self.walls.iter().map(|table| {
+            let entry = table.get_ref();
+            let thickness = entry.thickness.as_ref().map_or(WALL_THICKNESS, |t| t.0);
+            Obstacle::wall(point(&entry.from), point(&entry.to), thickness)
+                .map_err(|e| (table.span(), e))
+        });
+        boxes.chain(discs).chain(walls).collect()
+    }
+}
+
+/// The place of two coordinates; they are within [`Point::LIMIT`] or were not read.
+fn point([x, y]: &[Coordinate; 2]) -> Point {
+    Point::from_mm(x.0.get(), y.0.get())
+}
+
+#[derive(Debug)]
+struct Coordinate(SignedMillimeters);
+
+#[derive(Debug)]
+struct Length(Millimeters);
+
+#[derive(Debug)]
+struct Angle(BinaryAngle);
+
+/// Reads a string and hands it to a quantity's parser, so that its complaint gets the place.
+fn quantity<'de, D: Deserializer<'de>, T>(
+    deserializer: D,
+    parse: fn(&str) -> Result<T, QuantityError>,
+) -> Result<T, D::Error> {
+    parse(&String::deserialize(deserializer)?).map_err(D::Error::custom)
+}
+
+impl<'de> Deserialize<'de> for Coordinate {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        quantity(deserializer, quantity::signed_length).map(Self)
+    }
+}
+
+impl<'de> Deserialize<'de> for Length {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        quantity(deserializer, quantity::length).map(Self)
+    }
+}
+
+impl<'de> Deserialize<'de> for Angle {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        quantity(deserializer, quantity::angle).map(Self)
+    }
+}
+
+/// The line, from 1, of the byte at `offset`.
+fn line_of(bytes: &[u8], offset: usize) -> usize {
+    let before = bytes.get(..offset).unwrap_or(bytes);
+    1 + before.iter().filter(|&&byte| byte == b'\n').count()
+}
+
+/// A message as one line: breaks joined, control characters escaped, cut where it rambles.
+fn one_line(message: &str) -> String {
+    const MOST: usize = 300;
+    let joined = message
+        .lines()
+        .map(str::trim)
+        .filter(|line| !line.is_empty())
+        .collect::<Vec<_>>()
+        .join("; ");
+    let mut line = String::new();
+    for c in joined.chars().take(MOST) {
+        if c.is_control() {
+            line.extend(c.escape_default());
+        } else {
+            line.push(c);
+        }
+    }
+    line
+}
