@@ -5,7 +5,7 @@ use fixed::types::U0F8;
 
 /// The belief that a cell is occupied, in steps of 1/256.
 ///
-/// The landmarks are those of [001] §6.1: 0 is *free*, 128 *uncertain*, 255 *occupied*. There are
+/// The landmarks are those of \[001\] §6.1: 0 is *free*, 128 *uncertain*, 255 *occupied*. There are
 /// 128 steps below *uncertain* and 127 above it, so [`Self::deviation`] reaches −128 and +127.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -14,7 +14,7 @@ pub struct Certainty(u8);
 impl Certainty {
     /// Surely no obstacle.
     pub const FREE: Self = Self(0);
-    /// Nothing is known: the maximum-entropy assumption of [001] §2.
+    /// Nothing is known: the maximum-entropy assumption of \[001\] §2.
     pub const UNCERTAIN: Self = Self(128);
     /// Surely an obstacle.
     pub const OCCUPIED: Self = Self(255);
@@ -39,7 +39,7 @@ impl Certainty {
         U0F8::from_bits(self.0)
     }
 
-    /// Returns how far this is from *uncertain*: `occ − 0.5` of [001] Fig. 3, in steps of 1/256.
+    /// Returns how far this is from *uncertain*: `occ − 0.5` of \[001\] Fig. 3, in steps of 1/256.
     ///
     /// Units and range: `-128` (at [`Self::FREE`]) to `127` (at [`Self::OCCUPIED`]).
     #[must_use]

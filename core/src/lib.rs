@@ -1,6 +1,6 @@
 //! Certainty grids that survive faulty range sensors, for microcontrollers.
 //!
-//! Three levels, one way, after [000] §2:
+//! Three levels, one way, after \[000\] §2:
 //!
 //! | level | module | turns |
 //! |---|---|---|
@@ -10,12 +10,12 @@
 //!
 //! | paper | is in |
 //! |---|---|
-//! | [000] §3.1 trimmed fusion | [`fusion::TrimmedGrid`] |
-//! | [000] §3.2, [001] §4 median selection | [`fusion::MedianGrid`] |
-//! | [001] §3 eq. 1, Bayes | [`fusion::BayesGrid`], [`fusion::LogOdds`] |
-//! | [001] §5 Fig. 3, `AddToGrid` | [`fusion::RobustGrid`] |
-//! | [001] §7, memory | [`fusion::owner_bytes`] |
-//! | [002] Fig. 1, data flow | [`fusion::Mapper`] |
+//! | \[000\] §3.1 trimmed fusion | [`fusion::TrimmedGrid`] |
+//! | \[000\] §3.2, \[001\] §4 median selection | [`fusion::MedianGrid`] |
+//! | \[001\] §3 eq. 1, Bayes | [`fusion::BayesGrid`], [`fusion::LogOdds`] |
+//! | \[001\] §5 Fig. 3, `AddToGrid` | [`fusion::RobustGrid`] |
+//! | \[001\] §7, memory | [`fusion::owner_bytes`] |
+//! | \[002\] Fig. 1, data flow | [`fusion::Mapper`] |
 //!
 //! No heap, no clock, no I/O, no `unsafe`, no panic. The grid's path is integers only: the same
 //! readings give the same bits on a Cortex-M3 and on a workstation.

@@ -3,7 +3,7 @@
 use core::fmt;
 use core::num::NonZeroU8;
 
-/// A sensor's number, `1..=255`; zero is taken by an unknown owner ([001] §5.1).
+/// A sensor's number, `1..=255`; zero is taken by an unknown owner (\[001\] §5.1).
 ///
 /// An `Option<SensorId>` takes one byte, and its byte is the paper's `cell.owner`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

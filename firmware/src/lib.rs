@@ -3,6 +3,7 @@
 //! | module | is |
 //! |---|---|
 //! | [`smart_car`] | the case study's robot: its grid, where its sensors sit, how they sweep |
+//! | [`rehearsal`] | made-up readings through the real fusion level, to compare machines |
 //!
 //! Everything here runs on the microcontroller and, unchanged, in the host's simulator.
 #![cfg_attr(not(test), no_std)]
@@ -24,4 +25,5 @@
     )
 )]
 
+pub mod rehearsal;
 pub mod smart_car;

@@ -1,4 +1,4 @@
-//! The Smart Car of [001] §6.1: its grid, its pivoted infrared sensors and their sweep.
+//! The Smart Car of \[001\] §6.1: its grid, its pivoted infrared sensors and their sweep.
 //!
 //! The papers give the grid and the sensors' range. Where the sensors sit and how finely they sweep
 //! they do not say; the choices here are a model car's.
@@ -14,13 +14,13 @@ pub const SENSORS: u8 = 3;
 /// Shortest distance a GP2D02 tells.
 pub const NEAREST: Millimeters = Millimeters::new(100);
 
-/// Longest distance a GP2D02 tells ([001] §6.1).
+/// Longest distance a GP2D02 tells (\[001\] §6.1).
 pub const FARTHEST: Millimeters = Millimeters::new(800);
 
 /// The car's pose in its grid: in the middle of the lower edge, looking up.
 pub const POSE: Pose = Pose::new(Point::ORIGIN, BinaryAngle::QUARTER);
 
-/// The car's grid: 17 by 11 cells of 10 cm in front of it ([001] §6.1).
+/// The car's grid: 17 by 11 cells of 10 cm in front of it (\[001\] §6.1).
 ///
 /// A zero-sized [`Shape`]: its numbers are folded into the code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,7 +41,7 @@ impl Shape for SmartCarShape {
 /// Cells of the car's grid.
 pub const CELLS: usize = 187;
 
-/// The car's robust grid: 234 bytes of cells and owners ([001] §7).
+/// The car's robust grid: 234 bytes of cells and owners (\[001\] §7).
 pub type SmartCarGrid = RobustGrid<SmartCarShape, [u8; CELLS], [u8; owner_bytes(CELLS, SENSORS)]>;
 
 /// The sweep of every head: from 90° right to 90° left of straight ahead in 5° steps.
@@ -59,7 +59,7 @@ pub const SWEEP: Sweep = match Sweep::try_new(
 /// Returns where head `slot` of `heads` sits on the bumper, looking straight ahead.
 ///
 /// Evenly along 16 cm, the first on the right; a replicated sensor is always slightly offside
-/// ([001] §2).
+/// (\[001\] §2).
 ///
 /// ```
 /// use certainty_firmware::smart_car::mounting;
@@ -88,7 +88,7 @@ pub fn look(slot: u8, heads: u8, step: u32) -> Pose {
     POSE.compose(head)
 }
 
-/// Returns how a GP2D02 of this accuracy (a fraction of the distance, [001] Table 1) is interpreted:
+/// Returns how a GP2D02 of this accuracy (a fraction of the distance, \[001\] Table 1) is interpreted:
 /// a narrow beam up to [`FARTHEST`].
 #[must_use]
 pub const fn beam_model(accuracy: U0F16) -> BeamModel {

@@ -15,13 +15,13 @@ use core::str::FromStr;
 /// A way to fuse, by the name it has on the command line and in reports.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Method {
-    /// Eq. 1 of [001]: [`BayesGrid`].
+    /// Eq. 1 of \[001\]: [`BayesGrid`].
     Bayes,
-    /// `AddToGrid`, [001] Fig. 3: [`RobustGrid`].
+    /// `AddToGrid`, \[001\] Fig. 3: [`RobustGrid`].
     Robust,
-    /// Trim, then eq. 1, [000] §3.1: [`TrimmedGrid`].
+    /// Trim, then eq. 1, \[000\] §3.1: [`TrimmedGrid`].
     Trimmed,
-    /// Median selection, [000] §3.2: [`MedianGrid`].
+    /// Median selection, \[000\] §3.2: [`MedianGrid`].
     Median,
 }
 
@@ -72,7 +72,7 @@ impl FromStr for Method {
     }
 }
 
-/// How each sensor's own grid is kept by the trimmed and the median method; [000] §3.1 leaves it open.
+/// How each sensor's own grid is kept by the trimmed and the median method; \[000\] §3.1 leaves it open.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Own {
     /// The sensor's latest word counts.
@@ -204,7 +204,7 @@ impl HostMapper {
         each!(&self.0, mapper => mapper.grid().geometry())
     }
 
-    /// Returns the bytes of cells and owners ([001] §7).
+    /// Returns the bytes of cells and owners (\[001\] §7).
     #[must_use]
     pub fn memory_bytes(&self) -> usize {
         each!(&self.0, mapper => mapper.grid().memory_bytes())

@@ -1,6 +1,22 @@
-//! Simulated and recorded range sensors for [`certainty_core`].
+//! Simulated and recorded range sensors for [`certainty_core`], and what is learned from them.
+//!
+//! | module | is |
+//! |---|---|
+//! | [`world`] | obstacles, and how far it is to the nearest |
+//! | [`transducer`] | simulated sensors, down to the byte of a GP2D02 |
+//! | [`fault`] | faults that wrap any sensor |
+//! | [`replay`] | recordings of real robots |
+//! | [`fusion`] | the core's grids at sizes chosen at run time |
+//! | [`experiment`] | the Smart Car in a world, scored against perfect sensors |
+//! | [`export`] | pictures and maps for other programs |
+//! | [`quantity`] | lengths, angles and times with their units |
+//! | [`cli`] | the program `certainty` |
+
+pub mod cli;
+pub mod experiment;
 pub mod export;
 pub mod fault;
+pub mod fusion;
 pub mod quantity;
 pub mod replay;
 pub mod transducer;

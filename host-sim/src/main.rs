@@ -1,2 +1,7 @@
 //! The program `certainty`.
-fn main() {}
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    certainty_sim::cli::main()
+}

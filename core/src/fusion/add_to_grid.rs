@@ -1,4 +1,4 @@
-//! The arithmetic of `AddToGrid` ([001] Fig. 3), in integers.
+//! The arithmetic of `AddToGrid` (\[001\] Fig. 3), in integers.
 
 use crate::certainty::Certainty;
 use crate::health::Confidence;
@@ -6,7 +6,7 @@ use crate::narrow::wrapping_u8;
 use core::fmt;
 use fixed::types::{I2F14, U0F16};
 
-/// What [001] Fig. 3 leaves open, before it is checked.
+/// What \[001\] Fig. 3 leaves open, before it is checked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct RobustConfig {
@@ -19,7 +19,7 @@ pub struct RobustConfig {
     /// How much a confirmation raises both confidences.
     pub raise: U0F16,
     /// How much a contradiction lowers both confidences; more than [`Self::raise`], because faults
-    /// are rare ([002] §4).
+    /// are rare (\[002\] §4).
     pub lower: U0F16,
     /// No confidence falls below this.
     pub floor: Confidence,
@@ -138,7 +138,7 @@ impl Default for RobustRules {
     }
 }
 
-/// How far a cell and a measurement agree: `comparison` and `contribution` of [001] Fig. 3.
+/// How far a cell and a measurement agree: `comparison` and `contribution` of \[001\] Fig. 3.
 ///
 /// Formula: 4 · (occ − 0.5) · (measurement − 0.5). With deviations in 1/256 the product is the result
 /// in 1/2^14, exactly.
@@ -153,7 +153,7 @@ pub(super) fn agreement(occ: Certainty, measurement: Certainty) -> I2F14 {
 /// The new value of a cell: the mean of old value and measurement, each weighted by its distance from
 /// *uncertain* and by its sensor's confidence.
 ///
-/// Formula ([001] Fig. 3): (occ · weight1 + measurement · weight2) / (weight1 + weight2), with
+/// Formula (\[001\] Fig. 3): (occ · weight1 + measurement · weight2) / (weight1 + weight2), with
 /// weight = |value − 0.5| · conf; the plain mean where both weights are equal. Rounds to the nearest
 /// step of 1/256, ties up.
 ///
@@ -190,7 +190,7 @@ pub(super) fn weighted_mean(
 mod tests {
     use super::*;
 
-    /// [001] Fig. 3 in real numbers, 0 to 1 in steps of 1/256, rounded once at the end.
+    /// \[001\] Fig. 3 in real numbers, 0 to 1 in steps of 1/256, rounded once at the end.
     fn naive_mean(occ: u8, conf1: u16, measurement: u8, conf2: u16) -> u8 {
         let (occ, measurement) = (f64::from(occ), f64::from(measurement));
         let weight1 = (occ - 128.0).abs() * f64::from(conf1);

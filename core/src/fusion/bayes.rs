@@ -1,11 +1,11 @@
-//! The classic certainty grid: eq. 1 of [001], one byte a cell.
+//! The classic certainty grid: eq. 1 of \[001\], one byte a cell.
 
 use super::grid::{CertaintyGrid, Measurement, WrongStorage, zeroed};
 use super::{Cell, Geometry, LogOdds, Shape};
 use crate::certainty::Certainty;
 use crate::health::Health;
 
-/// A grid that fuses by Bayes' rule ([001] §3, eq. 1).
+/// A grid that fuses by Bayes' rule (\[001\] §3, eq. 1).
 ///
 /// Cells keep log-odds, so a measurement is one saturating addition. Every measurement counts alike,
 /// whoever made it: a sensor that is always wrong is believed as often as it speaks. Prefer it where
@@ -23,7 +23,7 @@ pub struct BayesGrid<Sh, S> {
 
 /// The surest that one measurement may be: 0.9 or 0.1, the odds of 35/16 nat.
 ///
-/// Table 1 of [001] has sensors that err in 4 to 18 % of their readings; nine to one is about what a
+/// Table 1 of \[001\] has sensors that err in 4 to 18 % of their readings; nine to one is about what a
 /// single reading of theirs is worth.
 pub const STRONGEST_MEASUREMENT: LogOdds = LogOdds::from_steps(35);
 
@@ -113,7 +113,7 @@ mod tests {
         grid.certainty(cell)
     }
 
-    /// Eq. 1 of [001] in real numbers: the product of the odds against.
+    /// Eq. 1 of \[001\] in real numbers: the product of the odds against.
     fn naive(measurements: &[u8]) -> f64 {
         let against = |bits: u8| 256.0 / f64::from(bits) - 1.0;
         let product: f64 = measurements.iter().map(|&bits| against(bits)).product();

@@ -14,7 +14,7 @@ use fixed::types::U0F16;
 pub enum Behind {
     /// Nothing: they are left alone.
     Untouched,
-    /// That they are uncertain, up to the sensor's range, as [001] Fig. 1(b) draws them.
+    /// That they are uncertain, up to the sensor's range, as \[001\] Fig. 1(b) draws them.
     ///
     /// To eq. 1 that is neutral; to the robust and the median grid it is a voice: it takes back what
     /// a sensor freed that saw no object.
@@ -30,7 +30,7 @@ pub struct BeamConfig {
     /// How far the sensor sees. *No object* frees up to here.
     pub farthest: Millimeters,
     /// Half of the occupied spread around an echo, as a fraction of its distance: the accuracy of
-    /// [001] Table 1.
+    /// \[001\] Table 1.
     pub accuracy: U0F16,
     /// Half of the beam's opening angle; zero for a narrow beam. Below a quarter turn.
     pub half_width: BinaryAngle,
@@ -48,7 +48,7 @@ pub struct BeamConfig {
 }
 
 impl BeamConfig {
-    /// An exact, narrow beam that sees `farthest`, with the certainties of [001] Fig. 1(b).
+    /// An exact, narrow beam that sees `farthest`, with the certainties of \[001\] Fig. 1(b).
     #[must_use]
     pub const fn narrow(farthest: Millimeters) -> Self {
         Self {
@@ -161,7 +161,7 @@ impl Beam {
     /// Calls `tell` with each cell that the reading says something about, and with what it says.
     ///
     /// Every cell is told once. A narrow beam visits its cells in order of distance, a cone row
-    /// after row from the lowest; a fixed order is what makes a run reproducible ([001] §7).
+    /// after row from the lowest; a fixed order is what makes a run reproducible (\[001\] §7).
     /// *Too near* and *missing* say nothing about any cell.
     ///
     /// Cost: a narrow beam visits the cells on its line inside the grid; a cone those in the box

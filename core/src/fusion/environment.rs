@@ -8,7 +8,7 @@ use crate::units::Point;
 
 /// A read-only image of the robot's surroundings.
 ///
-/// The interface between the fusion level and the control level ([000] §2). It shows no sensor's
+/// The interface between the fusion level and the control level (\[000\] §2). It shows no sensor's
 /// readings, mounting or kind, so a sensor can be added without control noticing.
 #[derive(Debug)]
 pub struct Environment<'a, G> {

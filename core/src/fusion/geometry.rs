@@ -78,7 +78,7 @@ impl Geometry {
     ///
     /// # Examples
     ///
-    /// The grid of [001] §6.1, refused at compile time if it could not be:
+    /// The grid of \[001\] §6.1, refused at compile time if it could not be:
     ///
     /// ```
     /// use certainty_core::fusion::Geometry;

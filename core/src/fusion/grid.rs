@@ -6,7 +6,7 @@ use crate::health::Health;
 use crate::sensor::SensorId;
 use core::fmt;
 
-/// What one sensor says about one cell: `sensor.measurement` of [001] Fig. 3.
+/// What one sensor says about one cell: `sensor.measurement` of \[001\] Fig. 3.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Measurement {
@@ -41,7 +41,7 @@ pub trait CertaintyGrid {
     /// sensor's word apart.
     fn certainty(&self, cell: Cell) -> Certainty;
 
-    /// Returns the bytes of storage that the cells and their owners take ([001] §7).
+    /// Returns the bytes of storage that the cells and their owners take (\[001\] §7).
     fn memory_bytes(&self) -> usize;
 }
 

@@ -8,7 +8,7 @@ use heapless::Vec;
 
 /// How a sensor's own grid takes the sensor's next word about a cell.
 ///
-/// [000] §3.1 lets "each sensor produce its own grid" and does not say how.
+/// \[000\] §3.1 lets "each sensor produce its own grid" and does not say how.
 pub trait OwnGrid {
     /// Returns what is stored after `measurement`; 0 is a cell that the sensor never saw.
     fn updated(stored: u8, measurement: Certainty) -> u8;

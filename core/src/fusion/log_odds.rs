@@ -4,7 +4,7 @@ use crate::certainty::Certainty;
 
 /// The logarithm of the odds of being occupied, in steps of 1/16 nat.
 ///
-/// Formula: 16 · ln(p / (1 − p)). In this form eq. 1 of [001], which multiplies odds, is an addition.
+/// Formula: 16 · ln(p / (1 − p)). In this form eq. 1 of \[001\], which multiplies odds, is an addition.
 ///
 /// Units and range: −127 to 127, which is p = 0.00036 to 0.99964; the sum saturates there. Eq. 1 itself
 /// divides by zero at p = 0 and never leaves 0 or 1 again: the bound is what lets a cell recover.
@@ -78,7 +78,7 @@ impl LogOdds {
         }
     }
 
-    /// Returns the odds after another, independent opinion: eq. 1 of [001] for n = 2.
+    /// Returns the odds after another, independent opinion: eq. 1 of \[001\] for n = 2.
     #[must_use]
     pub const fn saturating_add(self, other: Self) -> Self {
         Self::from_steps(self.0.saturating_add(other.0))

@@ -8,7 +8,7 @@ use core::fmt;
 
 /// A grid with the health of the sensors that fill it.
 ///
-/// Data flows one way ([002] Fig. 1): a reading is recorded, interpreted as cells, each cell is added
+/// Data flows one way (\[002\] Fig. 1): a reading is recorded, interpreted as cells, each cell is added
 /// to the grid, and the sensors' status is settled. The control level looks in through
 /// [`Mapper::environment`].
 ///

@@ -1,4 +1,4 @@
-//! Fault-tolerant median selection: [000] §3.2, [001] §4.
+//! Fault-tolerant median selection: \[000\] §3.2, \[001\] §4.
 
 use super::grid::{CertaintyGrid, Measurement, WrongStorage};
 use super::layers::{Latest, Layers, OwnGrid};
@@ -15,7 +15,7 @@ use crate::narrow::wrapping_u8;
 ///
 /// With an even number of votes the value is the mean of the middle two, ties up.
 ///
-/// Memory: n bytes a cell ([001] §7). Cost: adding is one store; reading sorts n votes.
+/// Memory: n bytes a cell (\[001\] §7). Cost: adding is one store; reading sorts n votes.
 #[derive(Debug, Clone)]
 pub struct MedianGrid<Sh, S, const N: usize, K = Latest> {
     layers: Layers<Sh, S, N, K>,
@@ -105,7 +105,7 @@ mod tests {
         assert_eq!(median(&[]), Certainty::UNCERTAIN);
     }
 
-    /// The fault hypothesis of [001] §2.1, every way that liars of 0 or 255 can be placed.
+    /// The fault hypothesis of \[001\] §2.1, every way that liars of 0 or 255 can be placed.
     #[test]
     fn any_minority_of_liars_leaves_the_value_between_correct_ones() {
         for sensors in 1..=7_u32 {

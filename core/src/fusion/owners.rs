@@ -4,7 +4,7 @@ use super::Cell;
 use crate::narrow::wrapping_u8;
 use crate::sensor::SensorId;
 
-/// Returns the bits that an owner takes: ⌈log₂(sensors + 1)⌉, *unknown* being one more ([001] §7).
+/// Returns the bits that an owner takes: ⌈log₂(sensors + 1)⌉, *unknown* being one more (\[001\] §7).
 #[must_use]
 pub const fn owner_bits(sensors: u8) -> u8 {
     let bits = wrapping_u8(u8::BITS.wrapping_sub(sensors.leading_zeros()));
@@ -14,7 +14,7 @@ pub const fn owner_bits(sensors: u8) -> u8 {
 
 /// Returns the bytes that the owners of `cells` cells take with so many `sensors`.
 ///
-/// Formula ([001] §7): ⌈log₂(sensors + 1)⌉ · cells / 8, rounded up.
+/// Formula (\[001\] §7): ⌈log₂(sensors + 1)⌉ · cells / 8, rounded up.
 ///
 /// ```
 /// use certainty_core::fusion::owner_bytes;

@@ -1,4 +1,4 @@
-//! The robust certainty grid: `AddToGrid`, [001] §5 and Fig. 3.
+//! The robust certainty grid: `AddToGrid`, \[001\] §5 and Fig. 3.
 
 use super::add_to_grid::{RobustRules, Verdict, agreement, weighted_mean};
 use super::grid::{CertaintyGrid, Measurement, WrongStorage, zeroed};
@@ -17,7 +17,7 @@ use crate::sensor::SensorId;
 ///
 /// Order: what is added later counts more. The same order gives the same grid, bit for bit.
 ///
-/// Memory: [001] §7, one byte a cell and ⌈log₂(n + 1)⌉ bits for its owner; 17 × 11 cells and three
+/// Memory: \[001\] §7, one byte a cell and ⌈log₂(n + 1)⌉ bits for its owner; 17 × 11 cells and three
 /// sensors take 187 + 47 bytes.
 #[derive(Debug, Clone)]
 pub struct RobustGrid<Sh, S, O> {
@@ -101,7 +101,7 @@ where
         }
     }
 
-    /// Returns who owns the cell's value; `None` is *unknown* ([001] §5.1).
+    /// Returns who owns the cell's value; `None` is *unknown* (\[001\] §5.1).
     pub fn owner(&self, cell: Cell) -> Option<SensorId> {
         self.owners.get(cell)
     }
@@ -117,7 +117,7 @@ where
         self.shape.geometry()
     }
 
-    /// Adds a measurement: `AddToGrid` of [001] Fig. 3, in the figure's order.
+    /// Adds a measurement: `AddToGrid` of \[001\] Fig. 3, in the figure's order.
     #[inline]
     fn add(&mut self, cell: Cell, measurement: Measurement, sensors: &mut [Health]) {
         let Measurement { sensor, certainty } = measurement;
@@ -210,7 +210,7 @@ mod tests {
         }
     }
 
-    /// [001] Fig. 3 in real numbers, with the integers' rounding of cell.occ and nothing else.
+    /// \[001\] Fig. 3 in real numbers, with the integers' rounding of cell.occ and nothing else.
     #[derive(Debug)]
     struct Naive {
         occ: f64,

@@ -1,4 +1,4 @@
-//! Trim, then Bayes: the fault-tolerant average of [000] §3.1.
+//! Trim, then Bayes: the fault-tolerant average of \[000\] §3.1.
 
 use super::grid::{CertaintyGrid, Measurement, WrongStorage};
 use super::layers::{Latest, Layers, OwnGrid};
@@ -13,7 +13,7 @@ use crate::health::Health;
 /// *uncertain*: nothing would be left after trimming, and the grid does not say what it could not
 /// defend. Prefer the median grid where sensors overlap only partly.
 ///
-/// Memory: n bytes a cell ([000] §5). Cost: adding is one store; reading sorts n votes.
+/// Memory: n bytes a cell (\[000\] §5). Cost: adding is one store; reading sorts n votes.
 #[derive(Debug, Clone)]
 pub struct TrimmedGrid<Sh, S, const N: usize, K = Latest> {
     layers: Layers<Sh, S, N, K>,
@@ -124,7 +124,7 @@ mod tests {
         }
     }
 
-    /// [000] §3.1: values outside are removed, values between two correct ones do no harm.
+    /// \[000\] §3.1: values outside are removed, values between two correct ones do no harm.
     #[test]
     fn t_liars_among_2t_plus_1_cannot_turn_agreeing_sensors() {
         for trim in 1..4_usize {

@@ -3,7 +3,7 @@
 use fixed::types::U0F16;
 
 /// The belief that a sensor is correct: 0 is *appears to be wrong*, 1 *appears to be correct*
-/// ([002] §4).
+/// (\[002\] §4).
 ///
 /// Units and range: steps of 2^-16, 0 to 65535; the largest, 0.99998, stands for 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -47,7 +47,7 @@ impl Confidence {
         U0F16::from_bits(self.0)
     }
 
-    /// Returns the confidence `step` higher, `ceiling` at most; `inc` of [001] Fig. 3.
+    /// Returns the confidence `step` higher, `ceiling` at most; `inc` of \[001\] Fig. 3.
     #[must_use]
     pub const fn raised(self, step: U0F16, ceiling: Self) -> Self {
         let raised = self.0.saturating_add(step.to_bits());
@@ -58,7 +58,7 @@ impl Confidence {
         }
     }
 
-    /// Returns the confidence `step` lower, `floor` at least; `dec` of [001] Fig. 3.
+    /// Returns the confidence `step` lower, `floor` at least; `dec` of \[001\] Fig. 3.
     #[must_use]
     pub const fn lowered(self, step: U0F16, floor: Self) -> Self {
         let lowered = self.0.saturating_sub(step.to_bits());
@@ -71,7 +71,7 @@ impl Confidence {
 }
 
 impl Default for Confidence {
-    /// Full: without knowledge about a sensor, it is believed ([002] §4).
+    /// Full: without knowledge about a sensor, it is believed (\[002\] §4).
     fn default() -> Self {
         Self::FULL
     }

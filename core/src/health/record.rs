@@ -108,13 +108,13 @@ impl Health {
         }
     }
 
-    /// Records a cell on which another sensor agreed; `inc` of [001] Fig. 3.
+    /// Records a cell on which another sensor agreed; `inc` of \[001\] Fig. 3.
     pub const fn confirm(&mut self, step: U0F16, ceiling: Confidence) {
         self.confirmations = self.confirmations.saturating_add(1);
         self.confidence = self.confidence.raised(step, ceiling);
     }
 
-    /// Records a cell on which another sensor disagreed; `dec` of [001] Fig. 3.
+    /// Records a cell on which another sensor disagreed; `dec` of \[001\] Fig. 3.
     pub const fn contradict(&mut self, step: U0F16, floor: Confidence) {
         self.contradictions = self.contradictions.saturating_add(1);
         self.confidence = self.confidence.lowered(step, floor);

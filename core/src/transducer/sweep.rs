@@ -8,7 +8,7 @@ use core::fmt;
 ///
 /// All sensors that share a sweep turn at the same pace, each ahead of the next by a phase, so that
 /// no two of them ever look the same way at once: infrared sensors would see each other's light
-/// ([000] §3). That is why the head flies back at the end and does not sweep backwards: two heads
+/// (\[000\] §3). That is why the head flies back at the end and does not sweep backwards: two heads
 /// that swing to and fro must meet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

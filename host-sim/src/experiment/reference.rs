@@ -1,4 +1,4 @@
-//! The certainty grid of perfect virtual sensors, which [001] §6.2 measures against.
+//! The certainty grid of perfect virtual sensors, which \[001\] §6.2 measures against.
 
 use crate::transducer::{Look, PerfectSensor, Sensor};
 use certainty_core::certainty::Certainty;

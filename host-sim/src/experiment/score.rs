@@ -7,7 +7,7 @@ use serde::Serialize;
 
 /// The distance of a map from the grid of perfect sensors.
 ///
-/// MAE and MSE are [001] §6.2's; they hide what hurts a robot, which is why `missed` and `ghost` stand
+/// MAE and MSE are \[001\] §6.2's; they hide what hurts a robot, which is why `missed` and `ghost` stand
 /// beside them.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Score {

@@ -1,0 +1,67 @@
+//! The program `certainty`: one file a subcommand.
+//!
+//! Results go to stdout, everything else to stderr. Exit code 0; 2 for bad input or usage, with one
+//! line that says what, where and what to do; 1 for a fault of our own.
+
+mod compare;
+mod failure;
+mod output;
+mod overview;
+mod panels;
+mod progress;
+mod replay;
+mod simulate;
+mod table;
+
+use clap::{Parser, Subcommand};
+use failure::Failure;
+use std::process::ExitCode;
+
+/// Maps a robot can trust from range sensors it cannot.
+#[derive(Debug, Parser)]
+#[command(name = "certainty", version, args_conflicts_with_subcommands = true)]
+#[command(after_help = "Without a command: certainty simulate.")]
+struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    simulate: simulate::Arguments,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// The Smart Car in a world, one sensor failing: every fusion method on the same readings
+    Simulate(simulate::Arguments),
+    /// A recording of a real robot: its map and its sensors' health
+    Replay(replay::Arguments),
+    /// Two maps (PGM + YAML): where they agree, what is missed, what is a ghost
+    Compare(compare::Arguments),
+}
+
+/// Runs the program with the process's arguments.
+#[must_use]
+pub fn main() -> ExitCode {
+    let outcome = match Cli::try_parse() {
+        Ok(cli) => match cli.command.unwrap_or(Command::Simulate(cli.simulate)) {
+            Command::Simulate(arguments) => simulate::run(&arguments),
+            Command::Replay(arguments) => replay::run(&arguments),
+            Command::Compare(arguments) => compare::run(&arguments),
+        },
+        Err(error) => failure::usage(&error),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => failure.report(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_arguments_are_consistent() {
+        Cli::command().debug_assert();
+    }
+}

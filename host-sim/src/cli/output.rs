@@ -1,0 +1,37 @@
+//! Stdout and stderr, which may be closed, no terminal, or without colour.
+
+use super::Failure;
+use serde::Serialize;
+use std::io::{ErrorKind, IsTerminal, Write};
+
+/// Writes a result to stdout.
+///
+/// A reader that went away (`certainty | head`) has seen what it wanted: that is no failure.
+pub(super) fn print(text: &str) -> Result<(), Failure> {
+    let mut stdout = std::io::stdout().lock();
+    match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
+        Ok(()) => Ok(()),
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
+        Err(error) => Err(Failure::Input(format!("stdout: cannot write: {error}"))),
+    }
+}
+
+/// Writes exactly one JSON document to stdout.
+pub(super) fn print_json(document: &impl Serialize) -> Result<(), Failure> {
+    let text = serde_json::to_string_pretty(document)
+        .map_err(|error| Failure::Internal(format!("cannot write JSON: {error}")))?;
+    print(&(text + "\n"))
+}
+
+/// Writes a line to stderr, if there is anyone to read it.
+pub(super) fn note(line: &str) {
+    let _unread = writeln!(std::io::stderr().lock(), "{line}");
+}
+
+/// Whether stdout is a terminal that may be coloured.
+///
+/// `NO_COLOR`, with any value but an empty one, says no.
+pub(super) fn coloured() -> bool {
+    let forbidden = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
+    !forbidden && std::io::stdout().is_terminal()
+}

@@ -1,0 +1,406 @@
+//! `certainty replay`: a recording of a real robot becomes a map and its sensors' health.
+
+use super::simulate::confidence;
+use super::table::{row, table};
+use super::{Failure, output, progress};
+use crate::export::{MapImage, OutDir, write_grey_png, write_ros_map};
+use crate::fault::{FaultSpec, Faulty, assign};
+use crate::fusion::{HostMapper, Method, Own};
+use crate::quantity;
+use crate::replay::{Format, LoadOptions, RecordedBeam, Recording, load};
+use crate::transducer::{Look, Sensor};
+use certainty_core::fusion::{Beam, BeamConfig, BeamModel, Behind, Geometry};
+use certainty_core::sensor::SensorId;
+use certainty_core::transducer::Reading;
+use certainty_core::units::{BinaryAngle, Millimeters, Point};
+use clap::{Args, ValueEnum};
+use core::num::{NonZeroU8, NonZeroU32};
+use serde::Serialize;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+/// What the replay is asked.
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// The recording: a CARMEN log or a readings CSV, plain or gzip
+    file: PathBuf,
+    /// How to read it
+    #[arg(long, value_enum, default_value_t = FormatArgument::Auto)]
+    format: FormatArgument,
+    /// The side of a cell
+    #[arg(long, value_name = "LENGTH", default_value = "100mm", value_parser = quantity::length)]
+    cell: Millimeters,
+    /// A reading this long or longer is no object
+    #[arg(long, value_name = "LENGTH", default_value = "8m", value_parser = quantity::length)]
+    max_range: Millimeters,
+    /// The opening angle of a beam [default: what the recording says, or a narrow one]
+    #[arg(long, value_name = "ANGLE", value_parser = quantity::angle)]
+    beam_width: Option<BinaryAngle>,
+    /// How many virtual sensors a laser's beams are dealt to
+    #[arg(long, value_name = "N", default_value = "3")]
+    sensors: NonZeroU8,
+    /// The fusion method
+    #[arg(long, value_name = "NAME", default_value = "robust")]
+    fusion: Method,
+    /// What to make wrong with a sensor, such as stuck-far:2; repeatable
+    #[arg(long = "fault", value_name = "SPEC")]
+    faults: Vec<FaultSpec>,
+    /// Names the faults' random numbers
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// The largest map, in cells; for methods with a layer a sensor, all layers together
+    #[arg(long, value_name = "N", default_value_t = 100_000_000)]
+    max_cells: u64,
+    /// Where the map goes
+    #[arg(long, value_name = "DIR", default_value = "out")]
+    out: PathBuf,
+    /// Print one JSON document instead
+    #[arg(long)]
+    json: bool,
+}
+
+/// A recording's format on the command line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum FormatArgument {
+    /// The content tells
+    Auto,
+    /// A CARMEN log: FLASER and ROBOTLASER1 lines
+    Carmen,
+    /// Our readings: t_ms,sensor,x_mm,y_mm,bearing_mdeg,reading
+    Readings,
+}
+
+/// A finished replay.
+struct Replayed {
+    mapper: HostMapper,
+    recording: Recording,
+    cells_updated: u64,
+    insertion: Duration,
+}
+
+/// Replays the recording and reports.
+pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    if arguments.max_range == Millimeters::ZERO {
+        return Err(Failure::Input("--max-range: write a length above 0, such as 8m".into()));
+    }
+    let out = OutDir::create(&arguments.out).map_err(|error| Failure::input(&error))?;
+    let recording = arguments.load()?;
+    let replayed = arguments.replay(recording)?;
+    let files = draw(&replayed.mapper, &out)?;
+    if arguments.json {
+        output::print_json(&Report::new(&replayed, &files))
+    } else {
+        output::print(&told(arguments, &replayed, &files))
+    }
+}
+
+impl Arguments {
+    fn load(&self) -> Result<Recording, Failure> {
+        let options = LoadOptions {
+            format: match self.format {
+                FormatArgument::Auto => None,
+                FormatArgument::Carmen => Some(Format::Carmen),
+                FormatArgument::Readings => Some(Format::Readings),
+            },
+            max_range: Some(self.max_range),
+            sensors: self.sensors,
+            ..LoadOptions::default()
+        };
+        let bar = progress::bar("reading", 0);
+        let loaded = load(&self.file, &options, &mut |done, total| {
+            bar.set_length(total);
+            bar.set_position(done);
+        });
+        bar.finish_and_clear();
+        loaded.map_err(|error| Failure::input(&error))
+    }
+
+    fn replay(&self, recording: Recording) -> Result<Replayed, Failure> {
+        let geometry = self.geometry(&recording)?;
+        let model = self.model(recording.beam_width)?;
+        let names = vec![""; recording.sensors.into()];
+        let faults = assign(&self.faults, &names).map_err(|error| Failure::input(&error))?;
+        let mut sensors: Vec<_> = (0..)
+            .map_while(SensorId::from_slot)
+            .zip(faults)
+            .map(|(id, faults)| Faulty::new(Recorded::new(self.max_range), id, faults, self.seed))
+            .collect();
+        let mut mapper = HostMapper::new(self.fusion, Own::Accumulated, geometry, recording.sensors);
+
+        let bar = progress::bar("mapping", recording.beams.len() as u64);
+        let mut cells_updated = 0;
+        let mut insertion = Duration::ZERO;
+        // Readings are made ready in batches, so that what is timed is insertion alone.
+        let mut ready = Vec::new();
+        for beams in recording.beams.chunks(10_000) {
+            ready.clear();
+            for beam in beams {
+                report(&mut sensors[beam.sensor.slot()], beam, &mut ready);
+            }
+            let start = Instant::now();
+            for beam in &ready {
+                let told = mapper.integrate(beam.sensor, &Beam::from(beam), &model, beam.at);
+                cells_updated += u64::from(told.map_err(|error| {
+                    Failure::Internal(format!("{}: {error}", self.file.display()))
+                })?);
+            }
+            insertion += start.elapsed();
+            bar.inc(beams.len() as u64);
+        }
+        bar.finish_and_clear();
+        Ok(Replayed {
+            mapper,
+            recording,
+            cells_updated,
+            insertion,
+        })
+    }
+
+    /// The grid that holds every origin and echo, on whole cells, with a cell to spare around.
+    fn geometry(&self, recording: &Recording) -> Result<Geometry, Failure> {
+        let cell = i64::from(self.cell.get());
+        if cell == 0 {
+            return Err(Failure::Input("--cell: write a length above 0, such as 100mm".into()));
+        }
+        let (low, high) = recording.extent();
+        let side = |low: i32, high: i32| {
+            let first = i64::from(low).div_euclid(cell) - 1;
+            let last = i64::from(high).div_euclid(cell) + 1;
+            (first, last - first + 1)
+        };
+        let (left, columns) = side(low.x_mm(), high.x_mm());
+        let (lower, rows) = side(low.y_mm(), high.y_mm());
+        let layers = self.fusion.layers(recording.sensors);
+        let cells = columns.unsigned_abs().saturating_mul(rows.unsigned_abs());
+        let cells = cells.saturating_mul(layers);
+        let too_large = || {
+            Failure::Input(format!(
+                "{}: the map would need {columns} x {rows} cells of {} ({cells} with {layers} \
+                 layers for {}), more than --max-cells {}; choose a larger --cell or --max-cells",
+                self.file.display(),
+                self.cell,
+                self.fusion,
+                self.max_cells
+            ))
+        };
+        if cells > self.max_cells {
+            return Err(too_large());
+        }
+        let millimetres = |cells: i64| i32::try_from(cells * cell).map_err(|_| too_large());
+        let corner = Point::from_mm(millimetres(left)?, millimetres(lower)?);
+        match (u16::try_from(columns), u16::try_from(rows)) {
+            (Ok(columns), Ok(rows)) => Geometry::try_new(columns, rows, self.cell, corner)
+                .map_err(|error| Failure::Input(format!("{}: {error}", self.file.display()))),
+            _ => Err(Failure::Input(format!(
+                "{}: the map would be {columns} x {rows} cells, and a side may have 65535; choose \
+                 a larger --cell",
+                self.file.display()
+            ))),
+        }
+    }
+
+    /// The beams of this recording: exact, up to the largest range, and silent about what lies
+    /// behind an echo, which a robot that moves may have seen before.
+    fn model(&self, recorded_width: Option<BinaryAngle>) -> Result<BeamModel, Failure> {
+        let width = self.beam_width.or(recorded_width).unwrap_or_default();
+        let half_width = BinaryAngle::from_bits(width.to_bits() / 2);
+        let config = if half_width == BinaryAngle::ZERO {
+            BeamConfig::narrow(self.max_range)
+        } else {
+            BeamConfig::cone(self.max_range, half_width)
+        };
+        BeamModel::try_new(BeamConfig {
+            behind: Behind::Untouched,
+            ..config
+        })
+        .map_err(|error| Failure::Input(format!("--beam-width or --max-range: {error}")))
+    }
+}
+
+/// Takes a beam's turn: what its sensor, sound or faulty, reports.
+fn report(sensor: &mut Faulty<Recorded>, beam: &RecordedBeam, ready: &mut Vec<RecordedBeam>) {
+    sensor.inner_mut().reading = beam.reading;
+    let look = Look {
+        origin: beam.origin,
+        bearing: beam.bearing,
+        at: beam.at,
+    };
+    for _ in 0..sensor.reports_per_turn(beam.at) {
+        ready.push(RecordedBeam {
+            reading: sensor.sense(&look),
+            ..*beam
+        });
+    }
+}
+
+/// A sensor that says what was recorded.
+#[derive(Debug)]
+struct Recorded {
+    reading: Reading,
+    farthest: Millimeters,
+}
+
+impl Recorded {
+    const fn new(farthest: Millimeters) -> Self {
+        Self {
+            reading: Reading::NoObject,
+            farthest,
+        }
+    }
+}
+
+impl Sensor for Recorded {
+    fn sense(&mut self, _look: &Look) -> Reading {
+        self.reading
+    }
+
+    fn range(&self) -> (Millimeters, Millimeters) {
+        (Millimeters::ZERO, self.farthest)
+    }
+}
+
+/// Writes the map: a picture, and PGM + YAML for other programs.
+fn draw(mapper: &HostMapper, out: &OutDir) -> Result<Vec<PathBuf>, Failure> {
+    let cells = mapper.cells();
+    let map = MapImage::new(&mapper.geometry(), &cells);
+    let map = map.map_err(|error| Failure::Internal(error.to_string()))?;
+    let picture = out.write("map.png", |file| write_grey_png(&map, NonZeroU32::MIN, file));
+    let mut files = vec![picture.map_err(|error| Failure::input(&error))?];
+    files.extend(write_ros_map(out, "map", &map).map_err(|error| Failure::input(&error))?);
+    Ok(files)
+}
+
+/// The report as JSON; its fields are a contract.
+#[derive(Debug, Serialize)]
+struct Report<'a> {
+    readings: u64,
+    echo: u64,
+    no_object: u64,
+    too_near: u64,
+    missing: u64,
+    skipped_lines: u64,
+    cells_updated: u64,
+    insert_seconds: f64,
+    grid: GridReport,
+    sensors: Vec<SensorReport>,
+    files: &'a [PathBuf],
+}
+
+#[derive(Debug, Serialize)]
+struct GridReport {
+    width: u16,
+    height: u16,
+    cell_mm: u32,
+    bytes_per_cell: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct SensorReport {
+    id: u8,
+    readings: u32,
+    confidence: f64,
+    confirmations: u32,
+    contradictions: u32,
+    missing: u32,
+    status: String,
+}
+
+impl<'a> Report<'a> {
+    fn new(replayed: &Replayed, files: &'a [PathBuf]) -> Self {
+        let tally = replayed.recording.tally();
+        let geometry = replayed.mapper.geometry();
+        let bytes = replayed.mapper.memory_bytes() as f64;
+        Self {
+            readings: replayed.recording.beams.len() as u64,
+            echo: tally.echo,
+            no_object: tally.no_object,
+            too_near: tally.too_near,
+            missing: tally.missing,
+            skipped_lines: replayed.recording.skipped.total(),
+            cells_updated: replayed.cells_updated,
+            insert_seconds: replayed.insertion.as_secs_f64(),
+            grid: GridReport {
+                width: geometry.columns(),
+                height: geometry.rows(),
+                cell_mm: geometry.cell_size().get(),
+                bytes_per_cell: bytes / f64::from(geometry.cells()),
+            },
+            sensors: sensors(&replayed.mapper),
+            files,
+        }
+    }
+}
+
+fn sensors(mapper: &HostMapper) -> Vec<SensorReport> {
+    let known = mapper.health().into_iter();
+    let report = known.map(|(id, health)| SensorReport {
+        id: id.number(),
+        readings: health.readings(),
+        confidence: confidence(&health),
+        confirmations: health.confirmations(),
+        contradictions: health.contradictions(),
+        missing: health.missing(),
+        status: health.status().to_string(),
+    });
+    report.collect()
+}
+
+/// The report for people.
+fn told(arguments: &Arguments, replayed: &Replayed, files: &[PathBuf]) -> String {
+    let Replayed {
+        mapper, recording, ..
+    } = replayed;
+    let tally = recording.tally();
+    let geometry = mapper.geometry();
+    let mut text = format!(
+        "{}: {} readings: {} echoes, {} without object, {} too near, {} missing\n",
+        arguments.file.display(),
+        recording.beams.len(),
+        tally.echo,
+        tally.no_object,
+        tally.too_near,
+        tally.missing
+    );
+    if recording.backward_steps > 0 {
+        text += &format!("{} times the clock went backwards\n", recording.backward_steps);
+    }
+    if recording.skipped.total() > 0 {
+        text += &format!("{} lines skipped:", recording.skipped.total());
+        for (reason, count) in recording.skipped.counts() {
+            text += &format!(" {count} x {reason};");
+        }
+        for skipped in recording.skipped.first() {
+            text += &format!("\n  line {}: {}", skipped.line, skipped.reason);
+        }
+        text.push('\n');
+    }
+    text += &format!(
+        "map: {} x {} cells of {}, {} bytes, by {}; {} cells updated\n\n",
+        geometry.columns(),
+        geometry.rows(),
+        geometry.cell_size(),
+        mapper.memory_bytes(),
+        arguments.fusion,
+        replayed.cells_updated
+    );
+    let mut rows = vec![row([
+        "sensor", "readings", "confidence", "confirmed", "contradicted", "missing", "status",
+    ])];
+    rows.extend(sensors(mapper).into_iter().map(|sensor| {
+        vec![
+            sensor.id.to_string(),
+            sensor.readings.to_string(),
+            format!("{:.2}", sensor.confidence),
+            sensor.confirmations.to_string(),
+            sensor.contradictions.to_string(),
+            sensor.missing.to_string(),
+            sensor.status,
+        ]
+    }));
+    text += &table(&rows);
+    text.push('\n');
+    for file in files {
+        text += &format!("{}\n", file.display());
+    }
+    text
+}

@@ -1,0 +1,327 @@
+//! `certainty simulate`: the Smart Car in a world, every method on the same readings.
+
+use super::panels::{Mark, Panel, side_by_side};
+use super::table::{row, table};
+use super::{Failure, output};
+use crate::experiment::{Crew, MethodResult, Run, STEP_MS, Setup, Truth};
+use super::overview::overview;
+use crate::export::{MapImage, OutDir, write_grey_png};
+use crate::fault::FaultSpec;
+use crate::fusion::Method;
+use crate::world::World;
+use certainty_core::certainty::Certainty;
+use certainty_core::health::Health;
+use certainty_firmware::smart_car::SWEEP;
+use clap::Args;
+use core::num::NonZeroU32;
+use core::str::FromStr;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Sweeps of every head that a run takes if it is not told how many readings.
+const SWEEPS: u32 = 4;
+
+/// What the simulation is asked.
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// The obstacles: a TOML file; without it, the built-in scene
+    #[arg(long, value_name = "FILE")]
+    world: Option<PathBuf>,
+    /// The sensors: letters A to E of [001] Table 1, or a number from 3 to 7
+    #[arg(long, value_name = "ABC|3..7", default_value_t)]
+    sensors: Crew,
+    /// What is wrong with a sensor, such as stuck-near:1=250mm@3s..8s, or none; repeatable
+    /// [default: stuck-far:2]
+    #[arg(long = "fault", value_name = "SPEC|none")]
+    faults: Vec<FaultArgument>,
+    /// How many readings, of all sensors together [default: four sweeps of every head]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
+    readings: Option<u32>,
+    /// The method, or all of them
+    #[arg(long, value_name = "all|NAME", default_value = "all")]
+    fusion: FusionArgument,
+    /// Names the run: the same seed gives the same result
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Where the pictures go
+    #[arg(long, value_name = "DIR", default_value = "out")]
+    out: PathBuf,
+    /// Print one JSON document instead
+    #[arg(long)]
+    json: bool,
+}
+
+/// A fault, or the word that there is none.
+#[derive(Debug, Clone)]
+enum FaultArgument {
+    None,
+    Some(FaultSpec),
+}
+
+impl FromStr for FaultArgument {
+    type Err = <FaultSpec as FromStr>::Err;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        match text {
+            "none" => Ok(Self::None),
+            spec => spec.parse().map(Self::Some),
+        }
+    }
+}
+
+/// One method or all.
+#[derive(Debug, Clone, Copy)]
+enum FusionArgument {
+    All,
+    One(Method),
+}
+
+impl FromStr for FusionArgument {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "all" => Ok(Self::All),
+            name => match name.parse() {
+                Ok(method) => Ok(Self::One(method)),
+                Err(error) => Err(format!("{error}, or all")),
+            },
+        }
+    }
+}
+
+impl Arguments {
+    fn faults(&self) -> Vec<FaultSpec> {
+        if self.faults.is_empty() {
+            return "stuck-far:2".parse().into_iter().collect();
+        }
+        let wanted = self.faults.iter().filter_map(|fault| match fault {
+            FaultArgument::None => None,
+            FaultArgument::Some(spec) => Some(spec.clone()),
+        });
+        wanted.collect()
+    }
+
+    fn setup(&self) -> Result<Setup, Failure> {
+        let world = match &self.world {
+            Some(file) => World::load(file).map_err(|error| Failure::input(&error))?,
+            None => World::built_in(),
+        };
+        let sweep = u32::from(SWEEP.directions()) * u32::from(self.sensors.count());
+        Ok(Setup {
+            world: Arc::new(world),
+            crew: self.sensors.clone(),
+            faults: self.faults(),
+            readings: self.readings.unwrap_or(SWEEPS * sweep),
+            methods: match self.fusion {
+                FusionArgument::All => Method::ALL.to_vec(),
+                FusionArgument::One(method) => vec![method],
+            },
+            seed: self.seed,
+        })
+    }
+}
+
+/// Runs the simulation and reports.
+pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let setup = arguments.setup()?;
+    let out = OutDir::create(&arguments.out).map_err(|error| Failure::input(&error))?;
+    let run = setup.run().map_err(|error| Failure::input(&error))?;
+    let files = draw(&run, &out)?;
+    if arguments.json {
+        output::print_json(&Report::new(&run, &files))
+    } else {
+        output::print(&told(&run, &arguments.out))
+    }
+}
+
+/// Writes the pictures: the truth, each method's map, and all of them in one.
+fn draw(run: &Run, out: &OutDir) -> Result<Vec<PathBuf>, Failure> {
+    const ZOOM: NonZeroU32 = NonZeroU32::new(24).unwrap();
+    let geometry = run.reference.geometry();
+    let truth: Vec<_> = run.reference.cells().iter().map(|truth| truth.certainty()).collect();
+    let mut maps = vec![("truth", truth.as_slice())];
+    let methods = run.methods.iter();
+    maps.extend(methods.map(|result| (result.method.name(), result.cells.as_slice())));
+    let mut files = Vec::new();
+    for &(name, cells) in &maps {
+        let image = MapImage::new(&geometry, cells);
+        let image = image.map_err(|error| Failure::Internal(error.to_string()))?;
+        let written = out.write(&format!("{name}.png"), |file| write_grey_png(&image, ZOOM, file));
+        files.push(written.map_err(|error| Failure::input(&error))?);
+    }
+    let maps: Vec<&[Certainty]> = maps.into_iter().map(|(_, cells)| cells).collect();
+    let written = out.write("overview.png", |file| overview(&geometry, &maps, run.reference.cells(), file));
+    files.push(written.map_err(|error| Failure::input(&error))?);
+    Ok(files)
+}
+
+/// The report as JSON; its fields are a contract.
+#[derive(Debug, Serialize)]
+struct Report<'a> {
+    seed: u64,
+    readings: u32,
+    world: WorldReport,
+    methods: Vec<MethodReport>,
+    sensors: Vec<SensorReport>,
+    files: &'a [PathBuf],
+}
+
+/// The grid's size in cells.
+#[derive(Debug, Serialize)]
+struct WorldReport {
+    width: u16,
+    height: u16,
+    cell_mm: u32,
+}
+
+#[derive(Debug, Serialize)]
+struct MethodReport {
+    name: &'static str,
+    mae: f64,
+    mse: f64,
+    missed: f64,
+    ghost: f64,
+    bytes: usize,
+}
+
+#[derive(Debug, Serialize)]
+struct SensorReport {
+    id: u8,
+    model: char,
+    fault: Option<String>,
+    confidence: f64,
+    confirmations: u32,
+    contradictions: u32,
+    missing: u32,
+    status: String,
+}
+
+impl<'a> Report<'a> {
+    fn new(run: &Run, files: &'a [PathBuf]) -> Self {
+        let geometry = run.reference.geometry();
+        let methods = run.methods.iter().map(|result| MethodReport {
+            name: result.method.name(),
+            mae: result.score.mae,
+            mse: result.score.mse,
+            missed: result.score.missed,
+            ghost: result.score.ghost,
+            bytes: result.bytes,
+        });
+        Self {
+            seed: run.setup.seed,
+            readings: run.setup.readings,
+            world: WorldReport {
+                width: geometry.columns(),
+                height: geometry.rows(),
+                cell_mm: geometry.cell_size().get(),
+            },
+            methods: methods.collect(),
+            sensors: sensors(run),
+            files,
+        }
+    }
+}
+
+/// What is known of the sensors: by the robust grid, which learns it, if it was run.
+fn sensors(run: &Run) -> Vec<SensorReport> {
+    let learned = run.methods.iter().find(|result| result.method == Method::Robust);
+    let Some(MethodResult { health, .. }) = learned.or(run.methods.first()) else {
+        return Vec::new();
+    };
+    let known = health.iter().zip(run.setup.crew.members());
+    let report = known.map(|(&(id, health), member)| {
+        let faults = run.setup.faults.iter().filter(|spec| {
+            let names = vec![""; run.setup.crew.members().len()];
+            spec.sensor.resolve(&names) == Ok(id)
+        });
+        let faults: Vec<String> = faults.map(ToString::to_string).collect();
+        SensorReport {
+            id: id.number(),
+            model: member.letter,
+            fault: (!faults.is_empty()).then(|| faults.join(", ")),
+            confidence: confidence(&health),
+            confirmations: health.confirmations(),
+            contradictions: health.contradictions(),
+            missing: health.missing(),
+            status: health.status().to_string(),
+        }
+    });
+    report.collect()
+}
+
+/// A confidence as a number from 0 to 1.
+pub(super) fn confidence(health: &Health) -> f64 {
+    f64::from(health.confidence().to_bits()) / f64::from(u16::MAX)
+}
+
+/// The report for people.
+fn told(run: &Run, out: &Path) -> String {
+    let setup = &run.setup;
+    let faults: Vec<String> = setup.faults.iter().map(ToString::to_string).collect();
+    let faults = if faults.is_empty() { "none".to_owned() } else { faults.join(", ") };
+    let mut text = format!(
+        "world: {}   sensors: {}   fault: {faults}   readings: {}   seed: {}\n\n",
+        setup.world.name(),
+        setup.crew,
+        setup.readings,
+        setup.seed
+    );
+
+    let truth = run.reference.cells();
+    let ideal = |&cell: &Truth| Mark::of(cell.certainty(), cell);
+    let mut panels = vec![Panel {
+        title: "truth".into(),
+        marks: truth.iter().map(ideal).collect(),
+    }];
+    panels.extend(run.methods.iter().map(|result| Panel {
+        title: result.method.name().into(),
+        marks: result.cells.iter().zip(truth).map(|(&shown, &truth)| Mark::of(shown, truth)).collect(),
+    }));
+    text += &side_by_side(&run.reference.geometry(), &panels, output::coloured());
+    text += Mark::LEGEND;
+    text += "\nThe truth is what perfect sensors would have drawn with the same looks.\n\n";
+
+    let mut rows = vec![row(["method", "MAE", "MSE", "missed", "ghost", "bytes"])];
+    rows.extend(run.methods.iter().map(|result| {
+        let score = &result.score;
+        vec![
+            result.method.to_string(),
+            format!("{:.3}", score.mae),
+            format!("{:.3}", score.mse),
+            percent(score.missed),
+            percent(score.ghost),
+            result.bytes.to_string(),
+        ]
+    }));
+    text += &table(&rows);
+
+    let mut rows = vec![row([
+        "sensor", "fault", "confidence", "confirmed", "contradicted", "missing", "status",
+    ])];
+    rows.extend(sensors(run).into_iter().map(|sensor| {
+        vec![
+            format!("{} ({})", sensor.id, sensor.model),
+            sensor.fault.unwrap_or_else(|| "-".into()),
+            format!("{:.2}", sensor.confidence),
+            sensor.confirmations.to_string(),
+            sensor.contradictions.to_string(),
+            sensor.missing.to_string(),
+            sensor.status,
+        ]
+    }));
+    text.push('\n');
+    text += &table(&rows);
+    let seconds = f64::from(setup.readings) / f64::from(setup.crew.count()) * f64::from(STEP_MS) / 1e3;
+    text += &format!(
+        "\n{seconds:.0} s of the car's time; pictures in {}: overview.png shows all maps\n",
+        out.display()
+    );
+    text
+}
+
+/// A share as a percentage.
+pub(super) fn percent(share: f64) -> String {
+    format!("{:.1} %", share * 100.0)
+}
