@@ -47,7 +47,8 @@ pub fn run() -> Result<Outcome, Refused> {
     let grid = SmartCarGrid::try_new(SmartCarShape, rules, SENSORS, [0; CELLS], owners);
     let health = [Health::default(); SENSORS as usize];
     let mut mapper = Mapper::new(grid.map_err(|_| Refused)?, health, HealthRules::DEFAULT);
-    let model = smart_car::beam_model(U0F16::lit("0.1"));
+    const ACCURACY: U0F16 = U0F16::lit("0.1");
+    let model = smart_car::beam_model(ACCURACY);
     let mut dice = Dice(1);
     let mut told = 0_u32;
     for step in 0..SWEEPS.saturating_mul(SWEEP.directions().into()) {

@@ -43,18 +43,18 @@ impl<'a, G: CertaintyGrid> Environment<'a, G> {
 
     /// Returns every sensor with its health.
     pub fn sensors(&self) -> impl Iterator<Item = (SensorId, &'a Health)> + use<'a, G> {
-        let numbered = self.health.iter().enumerate();
-        numbered.filter_map(|(slot, health)| SensorId::from_slot(slot).map(|id| (id, health)))
+        let numbered = self.health.iter().zip(1..=u8::MAX);
+        numbered.filter_map(|(health, number)| SensorId::new(number).map(|id| (id, health)))
     }
 
     /// Returns how many sensors have this status.
     #[must_use]
-    pub fn count(&self, status: Status) -> usize {
+    pub fn count(&self, status: Status) -> u8 {
         let alike = self
-            .health
-            .iter()
-            .filter(|health| health.status() == status);
-        alike.count()
+            .sensors()
+            .filter(|(_, health)| health.status() == status);
+        // Not `Iterator::count`, which would panic past the last number of a caller's type.
+        alike.fold(0, |count: u8, _| count.saturating_add(1))
     }
 }
 
