@@ -1,1 +1,5 @@
 //! Pictures and maps out.
+
+mod shown;
+
+pub(crate) use shown::shown;
