@@ -1,10 +1,14 @@
-//! Paths in messages.
+//! Foreign text in messages of one line.
 
 use std::path::Path;
 
 /// `path` as text of one line: what would break the line or the terminal is escaped.
 pub(crate) fn shown(path: &Path) -> String {
-    let text = path.display().to_string();
+    one_line(path.display().to_string())
+}
+
+/// `text` as one line: if it has control characters, it is escaped.
+pub(super) fn one_line(text: String) -> String {
     if text.contains(char::is_control) {
         text.escape_debug().to_string()
     } else {
