@@ -205,7 +205,11 @@ mod tests {
         // Not even its owner can make files there.
         let error = OutDir::create("/proc/self").unwrap_err();
         assert!(matches!(error, ExportError::NotWritable { .. }), "{error}");
-        assert!(error.to_string().starts_with("/proc/self: cannot be written to ("));
+        assert!(
+            error
+                .to_string()
+                .starts_with("/proc/self: cannot be written to (")
+        );
     }
 
     #[test]

@@ -59,6 +59,21 @@ fn the_files_are_what_ros_expects() {
 }
 
 #[test]
+fn rows_keep_their_order_from_the_lowest_up_whatever_their_number() {
+    for height in 1..=7_u8 {
+        // As many occupied cells in a row as its number, counted from the lowest.
+        let cell = |y, x| if x < y { 255 } else { 0 };
+        let cells = (0..height).flat_map(|y| (0..8).map(move |x| cell(y, x)));
+        let cells: Vec<Certainty> = cells.map(Certainty::from_bits).collect();
+        let map = MapImage::try_new(8, height.into(), &cells, 100, Point::ORIGIN).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let files = write_ros_map(&OutDir::create(folder.path()).unwrap(), "m", &map).unwrap();
+        let back = RosMap::load(&files.yaml).unwrap();
+        assert_eq!(back, RosMap::from_image(&map), "{height} rows");
+    }
+}
+
+#[test]
 fn any_name_of_a_file_reads_back() {
     let cells = [Certainty::OCCUPIED];
     let map = MapImage::try_new(1, 1, &cells, 100, Point::ORIGIN).unwrap();
