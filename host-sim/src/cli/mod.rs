@@ -13,6 +13,9 @@ mod replay;
 mod simulate;
 mod table;
 
+use crate::export::MapImage;
+use certainty_core::certainty::Certainty;
+use certainty_core::fusion::Geometry;
 use clap::{Parser, Subcommand};
 use failure::Failure;
 use std::process::ExitCode;
@@ -36,6 +39,14 @@ enum Command {
     Replay(replay::Arguments),
     /// Two maps (PGM + YAML): where they agree, what is missed, what is a ghost
     Compare(compare::Arguments),
+}
+
+/// A map's cells with the frame that its grid gives them.
+fn map_image<'a>(geometry: &Geometry, cells: &'a [Certainty]) -> Result<MapImage<'a>, Failure> {
+    let (width, height) = (geometry.columns().into(), geometry.rows().into());
+    let cell_mm = geometry.cell_size().get();
+    MapImage::try_new(width, height, cells, cell_mm, geometry.corner())
+        .map_err(|error| Failure::Internal(error.to_string()))
 }
 
 /// Runs the program with the process's arguments.

@@ -2,8 +2,8 @@
 
 use super::simulate::confidence;
 use super::table::{row, table};
-use super::{Failure, output, progress};
-use crate::export::{MapImage, OutDir, write_grey_png, write_ros_map};
+use super::{Failure, map_image, output, progress};
+use crate::export::{OutDir, write_grey_png, write_ros_map};
 use crate::fault::{FaultSpec, Faulty, assign};
 use crate::fusion::{HostMapper, Method, Own};
 use crate::quantity;
@@ -262,11 +262,11 @@ impl Sensor for Recorded {
 /// Writes the map: a picture, and PGM + YAML for other programs.
 fn draw(mapper: &HostMapper, out: &OutDir) -> Result<Vec<PathBuf>, Failure> {
     let cells = mapper.cells();
-    let map = MapImage::new(&mapper.geometry(), &cells);
-    let map = map.map_err(|error| Failure::Internal(error.to_string()))?;
+    let map = map_image(&mapper.geometry(), &cells)?;
     let picture = out.write("map.png", |file| write_grey_png(&map, NonZeroU32::MIN, file));
     let mut files = vec![picture.map_err(|error| Failure::input(&error))?];
-    files.extend(write_ros_map(out, "map", &map).map_err(|error| Failure::input(&error))?);
+    let map = write_ros_map(out, "map", &map).map_err(|error| Failure::input(&error))?;
+    files.extend([map.pgm, map.yaml]);
     Ok(files)
 }
 

@@ -2,10 +2,10 @@
 
 use super::panels::{Mark, Panel, side_by_side};
 use super::table::{row, table};
-use super::{Failure, output};
+use super::{Failure, map_image, output};
 use crate::experiment::{Crew, MethodResult, Run, STEP_MS, Setup, Truth};
 use super::overview::overview;
-use crate::export::{MapImage, OutDir, write_grey_png};
+use crate::export::{OutDir, write_grey_png};
 use crate::fault::FaultSpec;
 use crate::fusion::Method;
 use crate::world::World;
@@ -146,8 +146,7 @@ fn draw(run: &Run, out: &OutDir) -> Result<Vec<PathBuf>, Failure> {
     maps.extend(methods.map(|result| (result.method.name(), result.cells.as_slice())));
     let mut files = Vec::new();
     for &(name, cells) in &maps {
-        let image = MapImage::new(&geometry, cells);
-        let image = image.map_err(|error| Failure::Internal(error.to_string()))?;
+        let image = map_image(&geometry, cells)?;
         let written = out.write(&format!("{name}.png"), |file| write_grey_png(&image, ZOOM, file));
         files.push(written.map_err(|error| Failure::input(&error))?);
     }

@@ -7,5 +7,5 @@ mod score;
 
 pub use crew::{Crew, CrewError, CrewMember};
 pub use reference::{Reference, Truth};
-pub use run::{MethodResult, Run, Setup, SetupError};
+pub use run::{MethodResult, Run, STEP_MS, Setup, SetupError};
 pub use score::Score;

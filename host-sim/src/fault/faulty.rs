@@ -156,6 +156,11 @@ impl<S: Sensor> Faulty<S> {
         &self.sensor
     }
 
+    /// Returns the sensor inside, to be told what it measures next.
+    pub const fn inner_mut(&mut self) -> &mut S {
+        &mut self.sensor
+    }
+
     /// Returns how many readings were taken.
     #[must_use]
     pub const fn readings(&self) -> u64 {

@@ -150,6 +150,7 @@ fn read_text<R: Read>(
         beams: Vec::new(),
         sensors: 0,
         format,
+        beam_width: None,
         skipped: Skipped::default(),
         other_messages: 0,
         backward_steps: 0,
@@ -165,7 +166,12 @@ fn read_text<R: Read>(
     loop {
         let taken = match lines.next() {
             Ok(None) => break,
-            Ok(Some(line)) => line.and_then(|line| parser.line(line, &mut recording.beams)),
+            Ok(Some(line)) => line.and_then(|line| {
+                if format == Format::Readings {
+                    recording.beam_width = readings::beam_width(line).or(recording.beam_width);
+                }
+                parser.line(line, &mut recording.beams)
+            }),
             Err(error) if is_cut(&error) && !recording.beams.is_empty() => {
                 recording.skipped.add(lines.number(), SkipReason::Truncated);
                 break;

@@ -25,6 +25,7 @@ pub use load::{LoadOptions, load};
 pub use readings::{HEADER, write_readings};
 pub use skipped::{SkipReason, Skipped, SkippedLine};
 
+use certainty_core::fusion::Beam;
 use certainty_core::sensor::SensorId;
 use certainty_core::transducer::Reading;
 use certainty_core::units::{BinaryAngle, Point, Ticks};
@@ -44,6 +45,16 @@ pub struct RecordedBeam {
     pub reading: Reading,
 }
 
+impl From<&RecordedBeam> for Beam {
+    fn from(recorded: &RecordedBeam) -> Self {
+        Self {
+            origin: recorded.origin,
+            bearing: recorded.bearing,
+            reading: recorded.reading,
+        }
+    }
+}
+
 /// What a file held.
 ///
 /// Possession proves that at least one beam could be used.
@@ -55,6 +66,8 @@ pub struct Recording {
     pub sensors: u8,
     /// How the file was read.
     pub format: Format,
+    /// The beams' opening angle, where the file says it: `# beam-width: 20deg` (readings).
+    pub beam_width: Option<BinaryAngle>,
     /// The lines that could not be used.
     pub skipped: Skipped,
     /// Lines that are well known and carry no beams: odometry, parameters, a second laser.

@@ -5,6 +5,7 @@
 
 use super::RecordedBeam;
 use super::skipped::SkipReason;
+use crate::quantity;
 use certainty_core::sensor::SensorId;
 use certainty_core::transducer::{Missing, Reading};
 use certainty_core::units::{BinaryAngle, Millimeters, Point, Ticks};
@@ -15,6 +16,14 @@ pub const HEADER: &str = "t_ms,sensor,x_mm,y_mm,bearing_mdeg,reading";
 
 /// Millidegrees of a turn.
 const TURN: i64 = 360_000;
+
+/// Returns the beams' opening angle if `line` is the comment that gives it.
+///
+/// The six columns do not say how wide a beam is; a file says it once, as `# beam-width: 20deg`.
+pub(super) fn beam_width(line: &str) -> Option<BinaryAngle> {
+    let note = line.strip_prefix('#')?.trim().strip_prefix("beam-width:")?;
+    quantity::angle(note.trim()).ok()
+}
 
 /// Writes `beams` as a readings file.
 ///
