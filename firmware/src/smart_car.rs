@@ -88,8 +88,12 @@ pub fn look(slot: u8, heads: u8, step: u32) -> Pose {
     POSE.compose(head)
 }
 
-/// Returns how a GP2D02 of this accuracy (a fraction of the distance, \[001\] Table 1) is interpreted:
-/// a narrow beam up to [`FARTHEST`].
+/// Returns how a GP2D02 of this accuracy (\[001\] Table 1) is interpreted: a narrow beam up to
+/// [`FARTHEST`].
+///
+/// The accuracy is the standard deviation of a distance, as a fraction of it. The occupied spread
+/// reaches two of them to each side, where 95 % of the errors end: nearer than that a beam frees
+/// nothing, or a reading too long by a tenth would erase the obstacle that it saw.
 #[must_use]
 pub const fn beam_model(accuracy: U0F16) -> BeamModel {
     const EXACT: BeamModel = match BeamModel::try_new(BeamConfig::narrow(FARTHEST)) {
@@ -97,7 +101,7 @@ pub const fn beam_model(accuracy: U0F16) -> BeamModel {
         Err(_) => panic!("no such beam"),
     };
     let config = BeamConfig {
-        accuracy,
+        accuracy: accuracy.saturating_add(accuracy),
         ..BeamConfig::narrow(FARTHEST)
     };
     match BeamModel::try_new(config) {

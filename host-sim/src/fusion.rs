@@ -240,6 +240,9 @@ mod tests {
         for method in Method::ALL {
             assert_eq!(method.name().parse(), Ok(method));
         }
-        assert_eq!("Bayes".parse::<Method>(), Err(UnknownMethod("Bayes".into())));
+        assert_eq!(
+            "Bayes".parse::<Method>(),
+            Err(UnknownMethod("Bayes".into()))
+        );
     }
 }

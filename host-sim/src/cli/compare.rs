@@ -45,8 +45,16 @@ fn told(found: &Comparison) -> String {
         line("in both maps", found.overlap, None),
         line("known in both", found.known_in_both, None),
         line("agreeing", found.agreeing, found.agreement),
-        line("missed: occupied in A, not in B", found.missed, found.missed_fraction),
-        line("ghost: free in A, occupied in B", found.ghost, found.ghost_fraction),
+        line(
+            "missed: occupied in A, not in B",
+            found.missed,
+            found.missed_fraction,
+        ),
+        line(
+            "ghost: free in A, occupied in B",
+            found.ghost,
+            found.ghost_fraction,
+        ),
         line("known in A only", found.only_a, None),
         line("known in B only", found.only_b, None),
     ]);

@@ -2,7 +2,7 @@
 
 use super::output;
 use clap::error::ErrorKind;
-use std::error::Error;
+use core::error::Error;
 use std::process::ExitCode;
 
 /// Why a command could not be carried out.
@@ -40,7 +40,10 @@ pub(super) fn usage(error: &clap::Error) -> Result<(), Failure> {
             let text = text.to_string();
             let text = text.strip_prefix("error: ").unwrap_or(&text);
             let what = text.split("\n\nUsage:").next().unwrap_or(text);
-            let what = what.split("\n\nFor more information").next().unwrap_or(what);
+            let what = what
+                .split("\n\nFor more information")
+                .next()
+                .unwrap_or(what);
             Err(Failure::Input(format!("{what}; see certainty --help")))
         }
     }

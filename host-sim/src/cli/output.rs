@@ -9,7 +9,10 @@ use std::io::{ErrorKind, IsTerminal, Write};
 /// A reader that went away (`certainty | head`) has seen what it wanted: that is no failure.
 pub(super) fn print(text: &str) -> Result<(), Failure> {
     let mut stdout = std::io::stdout().lock();
-    match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
+    match stdout
+        .write_all(text.as_bytes())
+        .and_then(|()| stdout.flush())
+    {
         Ok(()) => Ok(()),
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
         Err(error) => Err(Failure::Input(format!("stdout: cannot write: {error}"))),

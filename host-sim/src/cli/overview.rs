@@ -19,7 +19,10 @@ pub(super) fn overview(
     truth: &[Truth],
     out: &mut dyn Write,
 ) -> io::Result<()> {
-    let (columns, rows) = (usize::from(geometry.columns()), usize::from(geometry.rows()));
+    let (columns, rows) = (
+        usize::from(geometry.columns()),
+        usize::from(geometry.rows()),
+    );
     let width = maps.len() * (columns + 1) - 1;
     // The picture as one wide map, and where it comes from: no cell at the gaps.
     let cell_at = |x: usize, y: usize| {
@@ -27,10 +30,18 @@ pub(super) fn overview(
         (column < columns).then_some((map, y * columns + column))
     };
     let shown = |x, y| cell_at(x, y).map_or(Certainty::FREE, |(map, cell)| maps[map][cell]);
-    let cells: Vec<_> = (0..rows).flat_map(|y| (0..width).map(move |x| shown(x, y))).collect();
+    let cells: Vec<_> = (0..rows)
+        .flat_map(|y| (0..width).map(move |x| shown(x, y)))
+        .collect();
     let side = |cells: usize| u32::try_from(cells).map_err(io::Error::other);
     let cell_mm = geometry.cell_size().get();
-    let image = MapImage::try_new(side(width)?, side(rows)?, &cells, cell_mm, geometry.corner());
+    let image = MapImage::try_new(
+        side(width)?,
+        side(rows)?,
+        &cells,
+        cell_mm,
+        geometry.corner(),
+    );
     let image = image.map_err(io::Error::other)?;
     write_colour_png(&image, ZOOM, out, |x, y, certainty| {
         let Some((_, cell)) = cell_at(x as usize, y as usize) else {

@@ -121,7 +121,10 @@ mod tests {
 
     fn panel(title: &str) -> Panel {
         let marks = vec![Mark::Free, Mark::Occupied, Mark::Missed, Mark::Unknown];
-        Panel { title: title.into(), marks }
+        Panel {
+            title: title.into(),
+            marks,
+        }
     }
 
     #[test]
@@ -134,7 +137,10 @@ mod tests {
     fn no_line_is_wider_than_80_columns_and_plain_means_plain() {
         let geometry = Geometry::try_new(17, 1, Millimeters::new(100), Point::ORIGIN).unwrap();
         let panels: Vec<_> = (0..6)
-            .map(|_| Panel { title: "perfect sensors".into(), marks: vec![Mark::Ghost; 17] })
+            .map(|_| Panel {
+                title: "perfect sensors".into(),
+                marks: vec![Mark::Ghost; 17],
+            })
             .collect();
         let plain = side_by_side(&geometry, &panels, false);
         assert!(plain.lines().all(|line| line.chars().count() <= 80));

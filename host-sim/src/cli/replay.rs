@@ -17,7 +17,8 @@ use clap::{Args, ValueEnum};
 use core::num::{NonZeroU8, NonZeroU32};
 use serde::Serialize;
 use std::path::PathBuf;
-use std::time::{Duration, Instant};
+use core::time::Duration;
+use std::time::Instant;
 
 /// What the replay is asked.
 #[derive(Debug, Args)]
@@ -64,9 +65,9 @@ pub(super) struct Arguments {
 enum FormatArgument {
     /// The content tells
     Auto,
-    /// A CARMEN log: FLASER and ROBOTLASER1 lines
+    /// A CARMEN log: `FLASER` and `ROBOTLASER1` lines
     Carmen,
-    /// Our readings: t_ms,sensor,x_mm,y_mm,bearing_mdeg,reading
+    /// Our readings: a beam a line
     Readings,
 }
 
@@ -81,7 +82,9 @@ struct Replayed {
 /// Replays the recording and reports.
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if arguments.max_range == Millimeters::ZERO {
-        return Err(Failure::Input("--max-range: write a length above 0, such as 8m".into()));
+        return Err(Failure::Input(
+            "--max-range: write a length above 0, such as 8m".into(),
+        ));
     }
     let out = OutDir::create(&arguments.out).map_err(|error| Failure::input(&error))?;
     let recording = arguments.load()?;
@@ -125,7 +128,8 @@ impl Arguments {
             .zip(faults)
             .map(|(id, faults)| Faulty::new(Recorded::new(self.max_range), id, faults, self.seed))
             .collect();
-        let mut mapper = HostMapper::new(self.fusion, Own::Accumulated, geometry, recording.sensors);
+        let mut mapper =
+            HostMapper::new(self.fusion, Own::Accumulated, geometry, recording.sensors);
 
         let bar = progress::bar("mapping", recording.beams.len() as u64);
         let mut cells_updated = 0;
@@ -160,7 +164,9 @@ impl Arguments {
     fn geometry(&self, recording: &Recording) -> Result<Geometry, Failure> {
         let cell = i64::from(self.cell.get());
         if cell == 0 {
-            return Err(Failure::Input("--cell: write a length above 0, such as 100mm".into()));
+            return Err(Failure::Input(
+                "--cell: write a length above 0, such as 100mm".into(),
+            ));
         }
         let (low, high) = recording.extent();
         let side = |low: i32, high: i32| {
@@ -263,7 +269,9 @@ impl Sensor for Recorded {
 fn draw(mapper: &HostMapper, out: &OutDir) -> Result<Vec<PathBuf>, Failure> {
     let cells = mapper.cells();
     let map = map_image(&mapper.geometry(), &cells)?;
-    let picture = out.write("map.png", |file| write_grey_png(&map, NonZeroU32::MIN, file));
+    let picture = out.write("map.png", |file| {
+        write_grey_png(&map, NonZeroU32::MIN, file)
+    });
     let mut files = vec![picture.map_err(|error| Failure::input(&error))?];
     let map = write_ros_map(out, "map", &map).map_err(|error| Failure::input(&error))?;
     files.extend([map.pgm, map.yaml]);
@@ -362,7 +370,10 @@ fn told(arguments: &Arguments, replayed: &Replayed, files: &[PathBuf]) -> String
         tally.missing
     );
     if recording.backward_steps > 0 {
-        text += &format!("{} times the clock went backwards\n", recording.backward_steps);
+        text += &format!(
+            "{} times the clock went backwards\n",
+            recording.backward_steps
+        );
     }
     if recording.skipped.total() > 0 {
         text += &format!("{} lines skipped:", recording.skipped.total());
@@ -384,7 +395,13 @@ fn told(arguments: &Arguments, replayed: &Replayed, files: &[PathBuf]) -> String
         replayed.cells_updated
     );
     let mut rows = vec![row([
-        "sensor", "readings", "confidence", "confirmed", "contradicted", "missing", "status",
+        "sensor",
+        "readings",
+        "confidence",
+        "confirmed",
+        "contradicted",
+        "missing",
+        "status",
     ])];
     rows.extend(sensors(mapper).into_iter().map(|sensor| {
         vec![

@@ -1,10 +1,10 @@
 //! `certainty simulate`: the Smart Car in a world, every method on the same readings.
 
+use super::overview::overview;
 use super::panels::{Mark, Panel, side_by_side};
 use super::table::{row, table};
 use super::{Failure, map_image, output};
 use crate::experiment::{Crew, MethodResult, Run, STEP_MS, Setup, Truth};
-use super::overview::overview;
 use crate::export::{OutDir, write_grey_png};
 use crate::fault::FaultSpec;
 use crate::fusion::Method;
@@ -140,18 +140,27 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
 fn draw(run: &Run, out: &OutDir) -> Result<Vec<PathBuf>, Failure> {
     const ZOOM: NonZeroU32 = NonZeroU32::new(24).unwrap();
     let geometry = run.reference.geometry();
-    let truth: Vec<_> = run.reference.cells().iter().map(|truth| truth.certainty()).collect();
+    let truth: Vec<_> = run
+        .reference
+        .cells()
+        .iter()
+        .map(|truth| truth.certainty())
+        .collect();
     let mut maps = vec![("truth", truth.as_slice())];
     let methods = run.methods.iter();
     maps.extend(methods.map(|result| (result.method.name(), result.cells.as_slice())));
     let mut files = Vec::new();
     for &(name, cells) in &maps {
         let image = map_image(&geometry, cells)?;
-        let written = out.write(&format!("{name}.png"), |file| write_grey_png(&image, ZOOM, file));
+        let written = out.write(&format!("{name}.png"), |file| {
+            write_grey_png(&image, ZOOM, file)
+        });
         files.push(written.map_err(|error| Failure::input(&error))?);
     }
     let maps: Vec<&[Certainty]> = maps.into_iter().map(|(_, cells)| cells).collect();
-    let written = out.write("overview.png", |file| overview(&geometry, &maps, run.reference.cells(), file));
+    let written = out.write("overview.png", |file| {
+        overview(&geometry, &maps, run.reference.cells(), file)
+    });
     files.push(written.map_err(|error| Failure::input(&error))?);
     Ok(files)
 }
@@ -225,7 +234,10 @@ impl<'a> Report<'a> {
 
 /// What is known of the sensors: by the robust grid, which learns it, if it was run.
 fn sensors(run: &Run) -> Vec<SensorReport> {
-    let learned = run.methods.iter().find(|result| result.method == Method::Robust);
+    let learned = run
+        .methods
+        .iter()
+        .find(|result| result.method == Method::Robust);
     let Some(MethodResult { health, .. }) = learned.or(run.methods.first()) else {
         return Vec::new();
     };
@@ -259,7 +271,11 @@ pub(super) fn confidence(health: &Health) -> f64 {
 fn told(run: &Run, out: &Path) -> String {
     let setup = &run.setup;
     let faults: Vec<String> = setup.faults.iter().map(ToString::to_string).collect();
-    let faults = if faults.is_empty() { "none".to_owned() } else { faults.join(", ") };
+    let faults = if faults.is_empty() {
+        "none".to_owned()
+    } else {
+        faults.join(", ")
+    };
     let mut text = format!(
         "world: {}   sensors: {}   fault: {faults}   readings: {}   seed: {}\n\n",
         setup.world.name(),
@@ -274,9 +290,16 @@ fn told(run: &Run, out: &Path) -> String {
         title: "truth".into(),
         marks: truth.iter().map(ideal).collect(),
     }];
-    panels.extend(run.methods.iter().map(|result| Panel {
-        title: result.method.name().into(),
-        marks: result.cells.iter().zip(truth).map(|(&shown, &truth)| Mark::of(shown, truth)).collect(),
+    panels.extend(run.methods.iter().map(|result| {
+        Panel {
+            title: result.method.name().into(),
+            marks: result
+                .cells
+                .iter()
+                .zip(truth)
+                .map(|(&shown, &truth)| Mark::of(shown, truth))
+                .collect(),
+        }
     }));
     text += &side_by_side(&run.reference.geometry(), &panels, output::coloured());
     text += Mark::LEGEND;
@@ -297,7 +320,13 @@ fn told(run: &Run, out: &Path) -> String {
     text += &table(&rows);
 
     let mut rows = vec![row([
-        "sensor", "fault", "confidence", "confirmed", "contradicted", "missing", "status",
+        "sensor",
+        "fault",
+        "confidence",
+        "confirmed",
+        "contradicted",
+        "missing",
+        "status",
     ])];
     rows.extend(sensors(run).into_iter().map(|sensor| {
         vec![
@@ -312,7 +341,8 @@ fn told(run: &Run, out: &Path) -> String {
     }));
     text.push('\n');
     text += &table(&rows);
-    let seconds = f64::from(setup.readings) / f64::from(setup.crew.count()) * f64::from(STEP_MS) / 1e3;
+    let seconds =
+        f64::from(setup.readings) / f64::from(setup.crew.count()) * f64::from(STEP_MS) / 1e3;
     text += &format!(
         "\n{seconds:.0} s of the car's time; pictures in {}: overview.png shows all maps\n",
         out.display()

@@ -23,7 +23,9 @@ pub struct Crew(Vec<CrewMember>);
 
 /// The text names no crew.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error("'{0}' is no set of sensors: write 1 to 15 letters A to E, such as ABC, or a number from 3 to 7")]
+#[error(
+    "'{0}' is no set of sensors: write 1 to 15 letters A to E, such as ABC, or a number from 3 to 7"
+)]
 pub struct CrewError(String);
 
 impl Crew {
@@ -33,7 +35,11 @@ impl Crew {
     /// Returns the first `count` sensors of Table 1, round and round.
     fn of_table_1(count: usize) -> Self {
         let table = SensorModel::TABLE_1.iter().cycle().take(count);
-        Self(table.map(|&(letter, model)| CrewMember { letter, model }).collect())
+        Self(
+            table
+                .map(|&(letter, model)| CrewMember { letter, model })
+                .collect(),
+        )
     }
 
     /// Returns the sensors, the first being sensor 1.
@@ -81,7 +87,9 @@ impl FromStr for Crew {
 
 impl fmt::Display for Crew {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.iter().try_for_each(|member| write!(f, "{}", member.letter))
+        self.0
+            .iter()
+            .try_for_each(|member| write!(f, "{}", member.letter))
     }
 }
 
@@ -98,7 +106,17 @@ mod tests {
 
     #[test]
     fn what_names_no_sensor_is_refused() {
-        for text in ["", "2", "8", "-3", "F", "abc", "AB C", "AAAAAAAAAAAAAAAA", "é"] {
+        for text in [
+            "",
+            "2",
+            "8",
+            "-3",
+            "F",
+            "abc",
+            "AB C",
+            "AAAAAAAAAAAAAAAA",
+            "é",
+        ] {
             assert!(text.parse::<Crew>().is_err(), "{text}");
         }
     }

@@ -32,7 +32,11 @@ impl Score {
     /// If the two are of different sizes.
     #[must_use]
     pub fn of(map: &[Certainty], truth: &[Truth]) -> Self {
-        assert_eq!(map.len(), truth.len(), "a map and its truth cover the same cells");
+        assert_eq!(
+            map.len(),
+            truth.len(),
+            "a map and its truth cover the same cells"
+        );
         let mut sums = (0.0, 0.0);
         let (mut occupied, mut missed, mut free, mut ghost) = (0_u32, 0_u32, 0_u32, 0_u32);
         for (&shown, &true_cell) in map.iter().zip(truth) {
@@ -75,7 +79,12 @@ mod tests {
 
     #[test]
     fn the_perfect_map_scores_zero() {
-        let perfect = Score { mae: 0.0, mse: 0.0, missed: 0.0, ghost: 0.0 };
+        let perfect = Score {
+            mae: 0.0,
+            mse: 0.0,
+            missed: 0.0,
+            ghost: 0.0,
+        };
         assert_eq!(score([0, 0, 255, 128]), perfect);
     }
 

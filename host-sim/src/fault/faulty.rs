@@ -118,7 +118,7 @@ impl<S: Sensor> Faulty<S> {
     /// let mut sensor = Faulty::new(sound, SensorId::new(1).unwrap(), vec![spec.fault], 7);
     ///
     /// let look = Look { origin: Point::ORIGIN, bearing: BinaryAngle::QUARTER, at: Ticks::new(0) };
-    /// assert_eq!(sensor.sense(&look), Reading::Echo(Millimeters::new(500)));
+    /// assert_eq!(sensor.sense(&look), Reading::Echo(Millimeters::new(550)));
     /// assert_eq!(sensor.sense(&look), Reading::Echo(Millimeters::new(300)));
     /// # Ok::<(), certainty_sim::fault::SpecError>(())
     /// ```

@@ -57,7 +57,7 @@ impl SimulatedGp2d02 {
     /// let mut sensor = SimulatedGp2d02::new(world, unit, SensorModel::FLAWLESS, 7, first);
     /// let look = Look { origin: Point::ORIGIN, bearing: BinaryAngle::QUARTER, at: Ticks::new(0) };
     /// let Reading::Echo(distance) = sensor.sense(&look) else { panic!("nothing ahead") };
-    /// assert!((480..=520).contains(&distance.get())); // a box stands 500 mm ahead
+    /// assert!((528..=572).contains(&distance.get())); // a block stands 550 mm ahead
     /// ```
     #[must_use]
     pub fn new(
