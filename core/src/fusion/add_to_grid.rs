@@ -172,8 +172,11 @@ pub(super) fn weighted_mean(
     };
     let (weight1, weight2) = (weight(occ, owner), weight(measurement, sensor));
     let (occ, measurement) = (u32::from(occ.to_bits()), u32::from(measurement.to_bits()));
-    // Equal weights come first, and not only for speed: both may be zero.
-    let mean = if weight1 == weight2 {
+    // The mean of two equal values is that value, at any weights: what most cells see, undivided.
+    // Equal weights come next, and not only for speed: both may be zero.
+    let mean = if occ == measurement {
+        occ
+    } else if weight1 == weight2 {
         occ.wrapping_add(measurement).wrapping_add(1) >> 1
     } else {
         let total = weight1.wrapping_add(weight2);

@@ -11,7 +11,8 @@ use crate::health::Health;
 /// whoever made it: a sensor that is always wrong is believed as often as it speaks. Prefer it where
 /// sensors are sound; it is the smallest and the fastest.
 ///
-/// Order: no influence, as long as no cell reaches the bound of [`LogOdds`] on the way.
+/// Order: no influence, as long as no cell reaches the bound of [`LogOdds`] on the way. (A cell's sum
+/// may rest at −128, one step below it, and reads as −127.)
 ///
 /// Memory: one byte a cell. Cost: one table look-up and one addition a cell.
 #[derive(Debug, Clone)]
@@ -72,12 +73,25 @@ impl<Sh: Shape, S: AsRef<[u8]> + AsMut<[u8]>> CertaintyGrid for BayesGrid<Sh, S>
     }
 
     #[inline]
-    fn add(&mut self, cell: Cell, measurement: Measurement, _sensors: &mut [Health]) {
+    fn add(&mut self, cell: Cell, measurement: Measurement, sensors: &mut [Health]) {
+        self.add_all(core::iter::once(cell), measurement, sensors);
+    }
+
+    #[inline]
+    fn add_all(
+        &mut self,
+        cells: impl Iterator<Item = Cell>,
+        measurement: Measurement,
+        _sensors: &mut [Health],
+    ) {
         let opinion = LogOdds::of(measurement.certainty).at_most(self.strongest);
-        if let Some(stored) = self.cells.as_mut().get_mut(cell.index()) {
-            let before = LogOdds::from_steps(stored.cast_signed());
-            *stored = before.saturating_add(opinion).steps().cast_unsigned();
-        }
+        let stored = self.cells.as_mut();
+        cells.for_each(|cell| {
+            if let Some(stored) = stored.get_mut(cell.index()) {
+                let sum = stored.cast_signed().saturating_add(opinion.steps());
+                *stored = sum.cast_unsigned();
+            }
+        });
     }
 
     fn certainty(&self, cell: Cell) -> Certainty {

@@ -4,7 +4,7 @@ use super::{Cell, Geometry, Ray, cone};
 use crate::certainty::Certainty;
 use crate::narrow::saturating_i8;
 use crate::transducer::Reading;
-use crate::units::{BinaryAngle, Millimeters, Point};
+use crate::units::{BinaryAngle, Direction, Millimeters, Point};
 use core::fmt;
 use fixed::types::U0F16;
 
@@ -158,7 +158,7 @@ pub struct Beam {
 }
 
 impl Beam {
-    /// Calls `tell` with each cell that the reading says something about, and with what it says.
+    /// Tells `listener` what the reading says, and about which cells.
     ///
     /// Every cell is told once. A narrow beam visits its cells in order of distance, a cone row
     /// after row from the lowest; a fixed order is what makes a run reproducible (\[001\] §7).
@@ -167,26 +167,20 @@ impl Beam {
     /// Cost: a narrow beam visits the cells on its line inside the grid; a cone those in the box
     /// around it.
     #[inline]
-    pub fn interpret(
-        &self,
-        geometry: &Geometry,
-        model: &BeamModel,
-        tell: &mut impl FnMut(Cell, Certainty),
-    ) {
+    pub fn interpret(&self, geometry: &Geometry, model: &BeamModel, listener: &mut impl Listener) {
         let echo = match self.reading {
             Reading::Echo(distance) => Some(distance),
             Reading::NoObject => None,
             Reading::TooNear | Reading::Missing(_) => return,
         };
         if model.config.half_width != BinaryAngle::ZERO {
-            cone::interpret(self, echo, geometry, model, tell);
+            cone::interpret(self, echo, geometry, model, listener);
         } else if let Some(distance) = echo {
-            self.narrow_echo(distance, geometry, model, tell);
+            self.narrow_echo(distance, geometry, model, listener);
         } else {
-            let end = self.ahead(model.config.farthest);
-            for cell in Ray::new(geometry, self.origin, end) {
-                tell(cell, model.config.free);
-            }
+            let mut ray = Ray::new(geometry, self.origin, self.ahead(model.config.farthest));
+            listener.hear(model.config.free, ray.run(u32::MAX));
+            listener.hear(model.config.free, ray);
         }
     }
 
@@ -194,94 +188,110 @@ impl Beam {
         self.origin.ahead(self.bearing.direction(), distance)
     }
 
-    /// Free up to the echo, occupied at it, and behind it what the model says.
+    /// Free before the spread, occupied at the echo, and behind it what the model says.
     fn narrow_echo(
         &self,
         distance: Millimeters,
         geometry: &Geometry,
         model: &BeamModel,
-        tell: &mut impl FnMut(Cell, Certainty),
+        listener: &mut impl Listener,
     ) {
         let BeamModel { config } = model;
         let spread = model.spread(distance);
         let hit = self.ahead(distance);
         let hit_cell = geometry.cell_at(hit);
+        let fade = Fade {
+            beam: self,
+            distance: distance.get().into(),
+            spread: spread.get().into(),
+            peak: config.occupied.deviation().into(),
+        };
 
-        // Two rays that share the cell of the echo: up to it, and on from it.
-        let fade = Fade::new(distance, spread, config.occupied);
-        let first_of_spread = fade.measure(distance.saturating_sub(spread));
-        let mut ray = Ray::new(geometry, self.origin, hit);
-        loop {
-            let along = ray.along();
-            let Some(cell) = ray.next() else { break };
+        // Two rays that share the cell of the echo. The first comes up to it: a cell is free if the
+        // beam leaves it before the spread begins.
+        let clear = distance.saturating_sub(spread);
+        let (mut ray, crossings) = Ray::with_part(geometry, self.origin, hit, clear, distance);
+        let free = config.free;
+        let outside = crossings > ray.crossings_left();
+        listener.hear(free, ray.run(crossings));
+        let mut tell = |cell, certainty| listener.hear(certainty, core::iter::once(cell));
+        for cell in ray {
             if Some(cell) == hit_cell {
                 tell(cell, config.occupied);
-            } else if along < first_of_spread {
-                tell(cell, config.free);
-            } else {
-                tell(cell, fade.at(fade.measure(distance).saturating_sub(along)));
+            } else if outside {
+                tell(cell, free); // the last one inside: the spread begins beyond the grid
+            } else if let Some(certainty) = fade.at(geometry.center(cell)) {
+                tell(cell, certainty);
             }
         }
 
-        let beyond = match config.behind {
-            Behind::Untouched => spread,
-            Behind::Uncertain => config.farthest.saturating_sub(distance),
+        // The second goes on from it, through the rest of the spread and what lies behind.
+        let end = match config.behind {
+            Behind::Untouched => distance.saturating_add(spread),
+            Behind::Uncertain => config.farthest,
         };
-        if beyond == Millimeters::ZERO {
+        if end <= distance {
             return;
         }
-        let fade = Fade::new(beyond, spread, config.occupied);
-        let last_of_spread = fade.measure(spread);
-        let mut ray = Ray::new(geometry, hit, self.ahead(distance.saturating_add(beyond)));
-        loop {
-            let along = ray.along();
-            let Some(cell) = ray.next() else { break };
+        for cell in Ray::new(geometry, hit, self.ahead(end)) {
             if Some(cell) == hit_cell {
                 continue;
             }
-            if along <= last_of_spread {
-                tell(cell, fade.at(along));
-            } else if config.behind == Behind::Uncertain {
-                tell(cell, Certainty::UNCERTAIN);
+            match fade.at(geometry.center(cell)) {
+                Some(certainty) => tell(cell, certainty),
+                None if config.behind == Behind::Uncertain => tell(cell, Certainty::UNCERTAIN),
+                None => {}
             }
         }
     }
 }
 
-/// The occupied spread along one ray: from *occupied* at the echo linearly to *uncertain*.
+/// Who wants to know what a reading says.
 ///
-/// Works in the ray's own measure, millimetres times four times the ray's length.
-struct Fade {
-    per_mm: i64,
+/// Any `FnMut(Cell, Certainty)` is one.
+pub trait Listener {
+    /// Hears that each of `cells`, in this order, has this `certainty`.
+    fn hear(&mut self, certainty: Certainty, cells: impl Iterator<Item = Cell>);
+}
+
+impl<F: FnMut(Cell, Certainty)> Listener for F {
+    fn hear(&mut self, certainty: Certainty, cells: impl Iterator<Item = Cell>) {
+        cells.for_each(|cell| self(cell, certainty));
+    }
+}
+
+/// The occupied spread along a narrow beam: from *occupied* at the echo linearly to *uncertain*.
+struct Fade<'a> {
+    beam: &'a Beam,
+    distance: i64,
     spread: i64,
     peak: i64,
 }
 
-impl Fade {
-    fn new(ray: Millimeters, spread: Millimeters, occupied: Certainty) -> Self {
-        let per_mm = i64::from(ray.get()).saturating_mul(4);
-        Self {
-            per_mm,
-            spread: per_mm.saturating_mul(spread.get().into()),
-            peak: occupied.deviation().into(),
-        }
-    }
-
-    /// A distance along the ray in the ray's own measure.
-    fn measure(&self, distance: Millimeters) -> i64 {
-        self.per_mm.saturating_mul(distance.get().into())
-    }
-
-    /// What a cell this far from the echo is told; rounds towards *uncertain*.
-    fn at(&self, away: i64) -> Certainty {
-        let left = self.spread.saturating_sub(away.saturating_abs()).max(0);
-        // The left part over the spread, in 1/256: at most 2^60 >> 8 before the product.
-        let part = left
-            .checked_div((self.spread >> 8).max(1))
-            .unwrap_or(0)
-            .min(256);
-        let deviation = self.peak.saturating_mul(part) >> 8;
-        Certainty::from_deviation(saturating_i8(deviation))
+impl Fade<'_> {
+    /// What the spread says about the cell with this centre; `None` outside it.
+    ///
+    /// Rounds towards *uncertain*.
+    fn at(&self, center: Point) -> Option<Certainty> {
+        let direction = self.beam.bearing.direction();
+        let part = |mm: i32, origin: i32, unit: i32| {
+            // At most 2^29 mm times 2^30.
+            i64::from(mm)
+                .wrapping_sub(i64::from(origin))
+                .wrapping_mul(unit.into())
+        };
+        let origin = self.beam.origin;
+        let along = part(center.x_mm(), origin.x_mm(), direction.cos()).wrapping_add(part(
+            center.y_mm(),
+            origin.y_mm(),
+            direction.sin(),
+        ));
+        let along = along >> Direction::FRACTION_BITS;
+        let left = self
+            .spread
+            .wrapping_sub(along.wrapping_sub(self.distance).saturating_abs());
+        let deviation = self.peak.wrapping_mul(left).checked_div(self.spread)?;
+        (deviation > 0).then(|| Certainty::from_deviation(saturating_i8(deviation)))
     }
 }
 
@@ -330,17 +340,15 @@ mod tests {
 
     #[test]
     fn the_occupied_spread_follows_the_accuracy_and_fades_both_ways() {
-        // A quarter of 800 mm: two cells to each side, the outer ones half a spread away.
+        // A quarter of 800 mm is two cells to each side: the nearer ones half a spread away, the
+        // outer ones at its end, where it says nothing and what lies behind is uncertain.
         let vague = BeamConfig {
             accuracy: U0F16::lit("0.25"),
             ..BeamConfig::narrow(mm(1100))
         };
-        assert_eq!(drawn(Reading::Echo(mm(800)), vague), ".......+#+??");
-        let nearer = drawn(Reading::Echo(mm(300)), vague);
-        assert_eq!(
-            nearer, "...#????????",
-            "at 300 mm the spread is within the cell"
-        );
+        assert_eq!(drawn(Reading::Echo(mm(800)), vague), "...... +#+??");
+        // At 300 mm it begins inside the cell before the echo's, which so is not left free.
+        assert_eq!(drawn(Reading::Echo(mm(300)), vague), ".. #????????");
     }
 
     /// PEERS: nav2 dropped a range above the maximum, so that *no echo* never cleared, and made an
@@ -426,7 +434,7 @@ mod tests {
             };
             let model = BeamModel::try_new(narrow).unwrap();
             let mut told = vec![None; geometry.cells() as usize];
-            beam.interpret(&geometry, &model, &mut |cell, certainty| {
+            beam.interpret(&geometry, &model, &mut |cell: Cell, certainty: Certainty| {
                 assert_eq!(told[cell.index()].replace(certainty), None);
             });
             if let Some(hit) = geometry.cell_at(beam.ahead(mm(distance))) {

@@ -1,12 +1,12 @@
 //! Spatial interpretation of a beam with a width, as an ultrasonic ranger has.
 
-use super::{Beam, BeamModel, Behind, Cell, Geometry};
+use super::{Beam, BeamModel, Behind, Geometry, Listener};
 use crate::certainty::Certainty;
 use crate::narrow::saturating_i8;
 use crate::units::{BinaryAngle, Direction, Millimeters, Point};
 use core::num::Wrapping;
 
-/// Calls `tell` with each cell of the cone that the reading says something about.
+/// Tells `listener` what the reading says about each cell of the cone.
 ///
 /// A cell belongs to the cone if its centre is at most half a cell outside. What it is told fades with
 /// the square of its angle from the axis, from all at the axis to *uncertain* at the edge: the shape
@@ -17,8 +17,9 @@ pub(super) fn interpret(
     echo: Option<Millimeters>,
     geometry: &Geometry,
     model: &BeamModel,
-    tell: &mut impl FnMut(Cell, Certainty),
+    listener: &mut impl Listener,
 ) {
+    let mut tell = |cell, certainty| listener.hear(certainty, core::iter::once(cell));
     let config = &model.config;
     let cone = Cone::new(beam, geometry, config.half_width);
     let clear = Cone::new(beam, geometry, config.half_clear);
@@ -187,7 +188,7 @@ impl Cone {
 mod tests {
     use super::super::picture::draw_beam;
     use super::super::{
-        BayesGrid, BeamConfig, CertaintyGrid, Mapper, MedianGrid, RobustGrid, RobustRules,
+        BayesGrid, BeamConfig, Cell, CertaintyGrid, Mapper, MedianGrid, RobustGrid, RobustRules,
         STRONGEST_MEASUREMENT,
     };
     use super::*;

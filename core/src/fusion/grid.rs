@@ -37,6 +37,19 @@ pub trait CertaintyGrid {
     /// for, or that `sensors` does not list, is not added.
     fn add(&mut self, cell: Cell, measurement: Measurement, sensors: &mut [Health]);
 
+    /// Adds the same word of one sensor about each of `cells`, in their order.
+    #[inline]
+    fn add_all(
+        &mut self,
+        cells: impl Iterator<Item = Cell>,
+        measurement: Measurement,
+        sensors: &mut [Health],
+    ) where
+        Self: Sized,
+    {
+        cells.for_each(|cell| self.add(cell, measurement, sensors));
+    }
+
     /// Returns the belief that `cell` is occupied; fused on demand where the grid keeps each
     /// sensor's word apart.
     fn certainty(&self, cell: Cell) -> Certainty;

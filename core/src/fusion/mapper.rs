@@ -1,6 +1,7 @@
 //! The fusion level: readings in, a map and the sensors' health out.
 
-use super::{Beam, BeamModel, CertaintyGrid, Environment, Measurement};
+use super::{Beam, BeamModel, Cell, CertaintyGrid, Environment, Listener, Measurement};
+use crate::certainty::Certainty;
 use crate::health::{Health, HealthRules};
 use crate::sensor::SensorId;
 use crate::units::Ticks;
@@ -19,6 +20,29 @@ pub struct Mapper<G, H> {
     grid: G,
     health: H,
     rules: HealthRules,
+}
+
+/// Writes what one sensor says into the grid.
+struct Pen<'a, G> {
+    grid: &'a mut G,
+    health: &'a mut [Health],
+    sensor: SensorId,
+    told: u32,
+}
+
+impl<G: CertaintyGrid> Listener for Pen<'_, G> {
+    #[inline]
+    fn hear(&mut self, certainty: Certainty, cells: impl Iterator<Item = Cell>) {
+        let measurement = Measurement {
+            sensor: self.sensor,
+            certainty,
+        };
+        let mut told = self.told;
+        // A grid has less than 2^32 cells, and each is told once.
+        let counted = cells.inspect(|_| told = told.wrapping_add(1));
+        self.grid.add_all(counted, measurement, self.health);
+        self.told = told;
+    }
 }
 
 /// The sensor is none that the mapper was made for.
@@ -99,11 +123,15 @@ impl<G: CertaintyGrid, H: AsRef<[Health]> + AsMut<[Health]>> Mapper<G, H> {
             .get_mut(sensor.slot())
             .ok_or(UnknownSensor(sensor))?
             .record(beam.reading, now);
-        let mut told = 0_u32;
-        beam.interpret(&grid.geometry(), model, &mut |cell, certainty| {
-            told = told.saturating_add(1);
-            grid.add(cell, Measurement { sensor, certainty }, health);
-        });
+        let geometry = grid.geometry();
+        let mut pen = Pen {
+            grid,
+            health,
+            sensor,
+            told: 0,
+        };
+        beam.interpret(&geometry, model, &mut pen);
+        let told = pen.told;
         for each in health {
             each.settle(rules, now);
         }

@@ -30,7 +30,7 @@ mod trimmed;
 
 pub use add_to_grid::{RobustConfig, RobustConfigError, RobustRules};
 pub use bayes::{BayesGrid, STRONGEST_MEASUREMENT};
-pub use beam::{Beam, BeamConfig, BeamError, BeamModel, Behind};
+pub use beam::{Beam, BeamConfig, BeamError, BeamModel, Behind, Listener};
 pub use environment::Environment;
 pub use geometry::{Cell, Geometry, GeometryError, Shape};
 pub use grid::{CertaintyGrid, Measurement, WrongStorage};

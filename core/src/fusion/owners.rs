@@ -40,7 +40,8 @@ pub(super) struct Owners<O> {
 }
 
 /// Where an owner is: the byte it starts in, how far it is shifted there, and its mask.
-struct Field {
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Field {
     byte: usize,
     shift: u32,
     mask: u16,
@@ -55,8 +56,9 @@ impl<O: AsRef<[u8]> + AsMut<[u8]>> Owners<O> {
         }
     }
 
+    /// Where the owner of `cell` is.
     #[inline]
-    const fn field(&self, cell: Cell) -> Field {
+    pub(super) const fn field(&self, cell: Cell) -> Field {
         let index = cell.index();
         let bits = self.bits as usize;
         // index · bits / 8 without overflow at the last of 2^32 cells on a 32-bit machine.
@@ -69,10 +71,10 @@ impl<O: AsRef<[u8]> + AsMut<[u8]>> Owners<O> {
         }
     }
 
-    /// The owner of `cell`; `None` if unknown.
+    /// The owner there; `None` if unknown.
     #[inline]
-    pub(super) fn get(&self, cell: Cell) -> Option<SensorId> {
-        let Field { byte, shift, mask } = self.field(cell);
+    pub(super) fn get(&self, field: Field) -> Option<SensorId> {
+        let Field { byte, shift, mask } = field;
         let packed = self.packed.as_ref();
         let low = packed.get(byte).copied().unwrap_or(0);
         let high = packed.get(byte.wrapping_add(1)).copied().unwrap_or(0);
@@ -80,10 +82,10 @@ impl<O: AsRef<[u8]> + AsMut<[u8]>> Owners<O> {
         SensorId::new(wrapping_u8(((window >> shift) & mask).into()))
     }
 
-    /// Makes `owner` the owner of `cell`.
+    /// Makes `owner` the owner there.
     #[inline]
-    pub(super) fn set(&mut self, cell: Cell, owner: Option<SensorId>) {
-        let Field { byte, shift, mask } = self.field(cell);
+    pub(super) fn set(&mut self, field: Field, owner: Option<SensorId>) {
+        let Field { byte, shift, mask } = field;
         let number = u16::from(owner.map_or(0, SensorId::number)) & mask;
         let packed = self.packed.as_mut();
         let [low_mask, high_mask] = (mask << shift).to_le_bytes();
@@ -136,11 +138,12 @@ mod tests {
             let mut plain = [None; 61];
             for (index, number) in writes {
                 let owner = SensorId::new(number % (sensors.saturating_add(1)).max(1));
-                owners.set(Cell::from_index(index), owner);
+                owners.set(owners.field(Cell::from_index(index)), owner);
                 plain[index as usize] = owner;
             }
             for (index, &owner) in plain.iter().enumerate() {
-                prop_assert_eq!(owners.get(Cell::from_index(index as u32)), owner);
+                let field = owners.field(Cell::from_index(index as u32));
+                prop_assert_eq!(owners.get(field), owner);
             }
         }
     }

@@ -30,7 +30,7 @@ pub(super) fn draw_grid(grid: &impl CertaintyGrid) -> Vec<String> {
 /// Draws what one beam says, cells that it does not mention as spaces.
 pub(super) fn draw_beam(geometry: &Geometry, beam: &Beam, model: &BeamModel) -> Vec<String> {
     let mut told = vec![None; geometry.cells() as usize];
-    beam.interpret(geometry, model, &mut |cell, certainty| {
+    beam.interpret(geometry, model, &mut |cell: Cell, certainty: Certainty| {
         assert_eq!(told[cell.index()], None, "a cell is told once");
         told[cell.index()] = Some(certainty);
     });

@@ -2,7 +2,7 @@
 
 use super::{Cell, Geometry};
 use crate::narrow::wrapping_u32;
-use crate::units::Point;
+use crate::units::{Millimeters, Point};
 use core::num::Wrapping;
 
 /// The cells between two places, each once, in the order in which the line crosses them.
@@ -16,7 +16,7 @@ use core::num::Wrapping;
 /// half millimetres from the grid's corner. In these units the ends are odd and the borders even, so
 /// no end lies on a border.
 ///
-/// Cost: three divisions a ray, one comparison and three additions of 64 bits a cell.
+/// Cost: two to five divisions a ray, one comparison and two additions of 64 bits a cell.
 ///
 /// ```
 /// use certainty_core::fusion::{Geometry, Ray};
@@ -30,11 +30,14 @@ use core::num::Wrapping;
 /// ```
 #[derive(Debug, Clone)]
 pub struct Ray {
-    /// The next cell, or `None` when the line has left the grid or ended.
-    next: Option<Cell>,
-    /// Column and row borders still to be crossed inside the grid.
-    columns_left: u32,
-    rows_left: u32,
+    /// Whether there is a cell to visit.
+    under_way: bool,
+    /// The index of that cell.
+    index: u32,
+    /// Borders of columns and rows still to be crossed inside the grid.
+    crossings: u32,
+    /// Borders crossed before the grid was entered.
+    skipped: u32,
     /// What crossing a column or row border adds to the index.
     column_step: u32,
     row_step: u32,
@@ -43,17 +46,23 @@ pub struct Ray {
     /// A cell's side times the line's extent along x and y.
     by_dx: Wrapping<i64>,
     by_dy: Wrapping<i64>,
-    /// How far the cell's centre is along the line; see [`Ray::along`].
-    along: Wrapping<i64>,
+}
+
+/// A line across a grid, as the borders it crosses.
+struct Line {
+    x: Axis,
+    y: Axis,
+    side: i64,
 }
 
 /// One axis of a line: its start, extent and cells, in half millimetres from the grid's corner.
 struct Axis {
-    start: i64,
+    /// The line's extent and whether it runs backward.
     extent: i64,
-    cells: i64,
-    /// The cell of the start, which may lie outside.
+    backward: bool,
+    /// The cell of the start, which may lie outside, and how many cells there are.
     cell: i64,
+    cells: i64,
     /// From the start to the first border ahead.
     first_border: i64,
     /// Borders between start and end.
@@ -63,35 +72,34 @@ struct Axis {
 }
 
 impl Axis {
-    fn new(
-        start: i64,
-        end: i64,
-        cell_at_start: i64,
-        cell_at_end: i64,
-        cells: u16,
-        side: i64,
-    ) -> Self {
-        let extent = end.wrapping_sub(start);
+    /// The axis of a line from `start` to `end`, millimetres from the grid's corner.
+    fn new(geometry: &Geometry, start: i64, end: i64, cells: u16) -> Self {
+        let (cell, last) = (geometry.border_before(start), geometry.border_before(end));
+        let side = double(geometry);
+        let backward = end < start;
+        let start = start.wrapping_mul(2).wrapping_add(1);
+        let below = start.wrapping_sub(cell.wrapping_mul(side));
         let cells = i64::from(cells);
-        let below = start.wrapping_sub(cell_at_start.wrapping_mul(side));
-        let (first_border, to_enter) = if extent < 0 {
-            (below, cell_at_start.wrapping_sub(cells).wrapping_add(1))
+        let (first_border, to_enter) = if backward {
+            (below, cell.wrapping_sub(cells).wrapping_add(1))
         } else {
-            (side.wrapping_sub(below), cell_at_start.wrapping_neg())
+            (side.wrapping_sub(below), cell.wrapping_neg())
         };
-        let borders = cell_at_end.abs_diff(cell_at_start).cast_signed();
-        // Ahead of the grid it is entered after so many borders; inside, or beyond, after none.
-        let inside = (0..cells).contains(&cell_at_start);
+        let borders = last.abs_diff(cell).cast_signed();
         let borders_to_enter = match to_enter {
-            _ if inside => Some(0),
+            _ if (0..cells).contains(&cell) => Some(0),
             n if n > 0 && n <= borders => Some(n),
             _ => None,
         };
         Self {
-            start,
-            extent: extent.saturating_abs(),
+            extent: end
+                .wrapping_mul(2)
+                .wrapping_add(1)
+                .wrapping_sub(start)
+                .saturating_abs(),
+            backward,
+            cell,
             cells,
-            cell: cell_at_start,
             first_border,
             borders,
             borders_to_enter,
@@ -104,28 +112,120 @@ impl Axis {
             .wrapping_add(number.wrapping_sub(1).wrapping_mul(side))
     }
 
-    /// Borders crossed up to and including the moment at which `other` crosses its border `number`.
-    fn crossed_with(&self, other: &Self, number: i64, side: i64) -> i64 {
-        // Times are distances over extents: border k is crossed by then if
-        // (first + (k − 1) · side) · other.extent ≤ other.border · extent.
-        let spare = (other.border(number, side).wrapping_mul(self.extent))
-            .wrapping_sub(self.first_border.wrapping_mul(other.extent));
-        let period = side.wrapping_mul(other.extent);
+    /// Borders crossed up to and including the moment `part` / `whole` of the line.
+    fn crossed_by(&self, part: i64, whole: i64, side: i64) -> i64 {
+        // Border k is crossed by then if (first + (k − 1) · side) · whole ≤ extent · part.
+        let spare =
+            (self.extent.wrapping_mul(part)).wrapping_sub(self.first_border.wrapping_mul(whole));
         if spare < 0 {
-            0
+            return 0;
+        }
+        let period = side.wrapping_mul(whole);
+        spare.checked_div(period).unwrap_or(0).wrapping_add(1)
+    }
+
+    /// Borders crossed up to and including the moment `other` crosses its border `number`.
+    fn crossed_with(&self, other: &Self, number: i64, side: i64) -> i64 {
+        self.crossed_by(other.border(number, side), other.extent, side)
+    }
+
+    /// Borders crossed before the moment `other` crosses its border `number`.
+    fn crossed_strictly_before(&self, other: &Self, number: i64, side: i64) -> i64 {
+        // (first + (k − 1) · side) · whole < extent · part, in integers: one less on the right.
+        let spare = (self.extent.wrapping_mul(other.border(number, side)))
+            .wrapping_sub(self.first_border.wrapping_mul(other.extent))
+            .wrapping_sub(1);
+        if spare < 0 {
+            return 0;
+        }
+        let period = side.wrapping_mul(other.extent);
+        spare.checked_div(period).unwrap_or(0).wrapping_add(1)
+    }
+
+    /// The cell after so many borders.
+    fn cell_after(&self, borders: i64) -> i64 {
+        if self.backward {
+            self.cell.wrapping_sub(borders)
         } else {
-            spare.checked_div(period).unwrap_or(0).wrapping_add(1)
+            self.cell.wrapping_add(borders)
         }
     }
 
-    /// Borders that can be crossed from cell `at` before the line ends or leaves the grid.
-    fn borders_left(&self, at: i64, crossed: i64, backward: bool) -> i64 {
-        let until_outside = if backward {
-            at
+    /// Borders up to the one that leaves the grid, if the line gets that far.
+    fn borders_to_leave(&self) -> Option<i64> {
+        let number = if self.backward {
+            self.cell.wrapping_add(1)
         } else {
-            self.cells.wrapping_sub(at).wrapping_sub(1)
+            self.cells.wrapping_sub(self.cell)
         };
-        self.borders.wrapping_sub(crossed).min(until_outside)
+        (number <= self.borders).then_some(number)
+    }
+}
+
+/// The side of a cell in half millimetres.
+fn double(geometry: &Geometry) -> i64 {
+    i64::from(geometry.cell_size().get()).wrapping_mul(2)
+}
+
+impl Line {
+    fn new(geometry: &Geometry, from: Point, to: Point) -> Self {
+        let corner = geometry.corner();
+        let offset = |mm: i32, corner: i32| i64::from(mm).wrapping_sub(i64::from(corner));
+        let (start, end) = (
+            offset(from.x_mm(), corner.x_mm()),
+            offset(to.x_mm(), corner.x_mm()),
+        );
+        let x = Axis::new(geometry, start, end, geometry.columns());
+        let (start, end) = (
+            offset(from.y_mm(), corner.y_mm()),
+            offset(to.y_mm(), corner.y_mm()),
+        );
+        let y = Axis::new(geometry, start, end, geometry.rows());
+        let side = double(geometry);
+        Self { x, y, side }
+    }
+
+    /// Column and row borders crossed before the first cell inside the grid.
+    fn entry(&self) -> Option<(i64, i64)> {
+        // Whichever edge of the grid is crossed last is the entry; the other axis has crossed some
+        // borders of its own by then.
+        match (self.x.borders_to_enter?, self.y.borders_to_enter?) {
+            (0, 0) => Some((0, 0)),
+            (columns, rows) => {
+                let rows_by_then = match columns {
+                    0 => -1, // no column border comes first
+                    _ => self.y.crossed_with(&self.x, columns, self.side),
+                };
+                Some(if rows_by_then >= rows {
+                    (columns, rows_by_then)
+                } else {
+                    (self.x.crossed_with(&self.y, rows, self.side), rows)
+                })
+            }
+        }
+    }
+
+    /// Borders of both kinds crossed before the line ends or leaves the grid.
+    fn crossings_inside(&self) -> i64 {
+        // An edge is crossed at border `number` of its axis. What the other axis crosses in the same
+        // moment is crossed on the way out.
+        let before = |leaving: &Axis, number: i64, other: &Axis| {
+            let last_inside = number.wrapping_sub(1);
+            let on_the_way = other.crossed_strictly_before(leaving, number, self.side);
+            last_inside.wrapping_add(on_the_way)
+        };
+        let whole = self.x.borders.wrapping_add(self.y.borders);
+        let by_column = self
+            .x
+            .borders_to_leave()
+            .map(|n| before(&self.x, n, &self.y));
+        let by_row = self
+            .y
+            .borders_to_leave()
+            .map(|n| before(&self.y, n, &self.x));
+        whole
+            .min(by_column.unwrap_or(whole))
+            .min(by_row.unwrap_or(whole))
     }
 }
 
@@ -133,124 +233,109 @@ impl Ray {
     /// Creates the walk from `from` to `to`, both included where they are inside the grid.
     #[must_use]
     pub fn new(geometry: &Geometry, from: Point, to: Point) -> Self {
-        let corner = geometry.corner();
-        let side = i64::from(geometry.cell_size().get()).wrapping_mul(2);
-        let halves = |mm: i32, corner: i32| {
-            i64::from(mm)
-                .wrapping_sub(i64::from(corner))
-                .wrapping_mul(2)
-                .wrapping_add(1)
-        };
-        let (start, end) = (geometry.address(from), geometry.address(to));
-        let x = Axis::new(
-            halves(from.x_mm(), corner.x_mm()),
-            halves(to.x_mm(), corner.x_mm()),
-            start.0,
-            end.0,
-            geometry.columns(),
-            side,
-        );
-        let y = Axis::new(
-            halves(from.y_mm(), corner.y_mm()),
-            halves(to.y_mm(), corner.y_mm()),
-            start.1,
-            end.1,
-            geometry.rows(),
-            side,
-        );
-        let (leftward, downward) = (to.x_mm() < from.x_mm(), to.y_mm() < from.y_mm());
-        Self::enter(geometry, &x, &y, leftward, downward, side)
+        let line = Line::new(geometry, from, to);
+        Self::along(geometry, &line).unwrap_or(Self::NOWHERE)
     }
 
-    /// The walk from where the line enters the grid on.
-    fn enter(
+    /// Creates the walk from `from` to `to`, and the number of borders that it crosses, inside the
+    /// grid, on the first `part` / `whole` of the way.
+    pub(super) fn with_part(
         geometry: &Geometry,
-        x: &Axis,
-        y: &Axis,
-        leftward: bool,
-        downward: bool,
-        side: i64,
-    ) -> Self {
-        // Whichever border of the grid is crossed last is the entry; the other axis has crossed
-        // some borders of its own by then.
-        let (by_column, by_row) = match (x.borders_to_enter, y.borders_to_enter) {
-            (Some(0), Some(0)) => (0, 0),
-            (Some(columns), Some(rows)) => {
-                let rows_by_then = if columns > 0 {
-                    y.crossed_with(x, columns, side)
-                } else {
-                    0
-                };
-                if columns > 0 && rows_by_then >= rows {
-                    (columns, rows_by_then)
-                } else {
-                    (x.crossed_with(y, rows, side), rows)
-                }
-            }
-            _ => return Self::nowhere(),
-        };
-        let ahead = |cell: i64, borders: i64, backward: bool| {
-            if backward {
-                cell.wrapping_sub(borders)
-            } else {
-                cell.wrapping_add(borders)
-            }
-        };
-        let column = ahead(x.cell, by_column, leftward);
-        let row = ahead(y.cell, by_row, downward);
+        from: Point,
+        to: Point,
+        part: Millimeters,
+        whole: Millimeters,
+    ) -> (Self, u32) {
+        let line = Line::new(geometry, from, to);
+        let ray = Self::along(geometry, &line).unwrap_or(Self::NOWHERE);
+        // At most 2^30 half millimetres times 2^28 mm.
+        let (part, whole) = (i64::from(part.get()), i64::from(whole.get()));
+        let columns = line
+            .x
+            .crossed_by(part, whole, line.side)
+            .min(line.x.borders);
+        let rows = line
+            .y
+            .crossed_by(part, whole, line.side)
+            .min(line.y.borders);
+        let crossings = wrapping_u32(columns.wrapping_add(rows)).saturating_sub(ray.skipped);
+        (ray, crossings)
+    }
+
+    /// The walk along `line` from where it enters the grid, if it does.
+    fn along(geometry: &Geometry, line: &Line) -> Option<Self> {
+        let Line { x, y, side } = line;
+        let (columns, rows) = line.entry()?;
+        let (column, row) = (x.cell_after(columns), y.cell_after(rows));
         if !(0..x.cells).contains(&column) || !(0..y.cells).contains(&row) {
-            return Self::nowhere(); // the line passes the grid by
+            return None; // the line passes the grid by
         }
         let (dx, dy) = (Wrapping(x.extent), Wrapping(y.extent));
-        // A cell's centre is half a side, so `side / 2` half millimetres, from its border.
-        let to_center = |axis: &Axis, cell: i64, backward: bool| {
-            let center = cell.wrapping_mul(side).wrapping_add(side / 2);
-            let offset = center.wrapping_sub(axis.start);
-            Wrapping(if backward {
-                offset.wrapping_neg()
-            } else {
-                offset
-            })
-        };
-        Self {
-            next: Some(geometry.cell_inside(wrapping_u32(column), wrapping_u32(row))),
-            columns_left: wrapping_u32(x.borders_left(column, by_column, leftward)),
-            rows_left: wrapping_u32(y.borders_left(row, by_row, downward)),
-            column_step: if leftward { 1_u32.wrapping_neg() } else { 1 },
-            row_step: if downward {
-                u32::from(geometry.columns()).wrapping_neg()
-            } else {
-                u32::from(geometry.columns())
-            },
-            race: Wrapping(x.border(by_column.wrapping_add(1), side)) * dy
-                - Wrapping(y.border(by_row.wrapping_add(1), side)) * dx,
-            by_dx: Wrapping(side) * dx,
-            by_dy: Wrapping(side) * dy,
-            along: to_center(x, column, leftward) * dx + to_center(y, row, downward) * dy,
-        }
+        let skipped = columns.wrapping_add(rows);
+        let signed = |step: u32, backward: bool| if backward { step.wrapping_neg() } else { step };
+        let cell = geometry.cell_inside(wrapping_u32(column), wrapping_u32(row));
+        Some(Self {
+            under_way: true,
+            index: cell.number(),
+            crossings: wrapping_u32(line.crossings_inside().wrapping_sub(skipped)),
+            skipped: wrapping_u32(skipped),
+            column_step: signed(1, x.backward),
+            row_step: signed(geometry.columns().into(), y.backward),
+            race: Wrapping(x.border(columns.wrapping_add(1), *side)) * dy
+                - Wrapping(y.border(rows.wrapping_add(1), *side)) * dx,
+            by_dx: Wrapping(*side) * dx,
+            by_dy: Wrapping(*side) * dy,
+        })
     }
 
     /// The walk that visits no cell.
-    const fn nowhere() -> Self {
-        const NONE: Wrapping<i64> = Wrapping(0);
-        Self {
-            next: None,
-            columns_left: 0,
-            rows_left: 0,
-            column_step: 0,
-            row_step: 0,
-            race: NONE,
-            by_dx: NONE,
-            by_dy: NONE,
-            along: NONE,
+    const NOWHERE: Self = Self {
+        under_way: false,
+        index: 0,
+        crossings: 0,
+        skipped: 0,
+        column_step: 0,
+        row_step: 0,
+        race: Wrapping(0),
+        by_dx: Wrapping(0),
+        by_dy: Wrapping(0),
+    };
+
+    /// Returns how many borders are still to be crossed inside the grid.
+    pub(super) const fn crossings_left(&self) -> u32 {
+        self.crossings
+    }
+
+    /// Visits the cells that the line leaves by its next `crossings` borders.
+    pub(super) const fn run(&mut self, crossings: u32) -> Run<'_> {
+        Run {
+            last: self.crossings.saturating_sub(crossings),
+            ray: self,
         }
     }
 
-    /// Returns how far the centre of the next cell is along the line, times four times the line's
-    /// length: in 4 mm², so that no root has to be taken.
-    #[must_use]
-    pub(super) const fn along(&self) -> i64 {
-        self.along.0
+    /// Crosses the next border, or two at once at their corner; there must be one left.
+    #[inline]
+    fn cross(&mut self) {
+        if self.race.0 == 0 {
+            // A tie: through the corner to the opposite cell.
+            self.crossings = self.crossings.saturating_sub(2);
+            self.index = (self.index)
+                .wrapping_add(self.column_step)
+                .wrapping_add(self.row_step);
+            self.race += self.by_dy - self.by_dx;
+            return;
+        }
+        // All ones where a column border comes next. No branch: on a slanted line no processor could
+        // guess it.
+        let column = self.race >> 63;
+        let narrow = wrapping_u32(column.0);
+        self.crossings = self.crossings.wrapping_sub(1);
+        let either = self.column_step.wrapping_sub(self.row_step);
+        self.index = (self.index)
+            .wrapping_add(self.row_step)
+            .wrapping_add(either & narrow);
+        self.race += ((self.by_dx + self.by_dy) & column) - self.by_dx;
     }
 }
 
@@ -259,38 +344,55 @@ impl Iterator for Ray {
 
     #[inline]
     fn next(&mut self) -> Option<Cell> {
-        let current = self.next?;
-        let race = self.race.0;
-        // A tie crosses both borders at once, at their corner.
-        let (column, row) = (race <= 0, race >= 0);
-        if (column && self.columns_left == 0) || (row && self.rows_left == 0) {
-            self.next = None;
-            return Some(current);
-        }
-        let mut ahead = current.number();
-        if column {
-            self.columns_left = self.columns_left.wrapping_sub(1);
-            ahead = ahead.wrapping_add(self.column_step);
-            self.race += self.by_dy;
-            self.along += self.by_dx;
-        }
-        if row {
-            self.rows_left = self.rows_left.wrapping_sub(1);
-            ahead = ahead.wrapping_add(self.row_step);
-            self.race -= self.by_dx;
-            self.along += self.by_dy;
-        }
-        self.next = Some(Cell::from_index(ahead));
-        Some(current)
+        self.under_way.then(|| {
+            let cell = Cell::from_index(self.index);
+            self.under_way = self.crossings > 0;
+            if self.under_way {
+                self.cross();
+            }
+            cell
+        })
     }
 }
 
 impl core::iter::FusedIterator for Ray {}
 
+/// The next cells of a [`Ray`], which goes on behind them.
+#[derive(Debug)]
+pub(super) struct Run<'a> {
+    ray: &'a mut Ray,
+    last: u32,
+}
+
+impl Iterator for Run<'_> {
+    type Item = Cell;
+
+    #[inline]
+    fn next(&mut self) -> Option<Cell> {
+        (self.ray.crossings > self.last).then(|| {
+            let cell = Cell::from_index(self.ray.index);
+            self.ray.cross();
+            cell
+        })
+    }
+
+    #[inline]
+    fn fold<B, F: FnMut(B, Cell) -> B>(self, init: B, mut visit: F) -> B {
+        // On a copy, which no store of the visitor can reach: its state stays in registers.
+        let mut ray = self.ray.clone();
+        let mut folded = init;
+        while ray.crossings > self.last {
+            folded = visit(folded, Cell::from_index(ray.index));
+            ray.cross();
+        }
+        *self.ray = ray;
+        folded
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::units::Millimeters;
     use proptest::prelude::*;
 
     fn grid(columns: u16, rows: u16, cell: u32, corner: (i32, i32)) -> Geometry {

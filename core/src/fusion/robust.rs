@@ -103,7 +103,7 @@ where
 
     /// Returns who owns the cell's value; `None` is *unknown* (\[001\] §5.1).
     pub fn owner(&self, cell: Cell) -> Option<SensorId> {
-        self.owners.get(cell)
+        self.owners.get(self.owners.field(cell))
     }
 }
 
@@ -129,11 +129,14 @@ where
         };
 
         // if (cell.owner = unknown) or (cell.owner = sensor)
-        let owner = match self.owners.get(cell) {
+        let field = self.owners.field(cell);
+        let owner = match self.owners.get(field) {
             Some(owner) if owner != sensor => owner,
-            _ => {
+            known => {
                 *stored = certainty.deviation().cast_unsigned();
-                self.owners.set(cell, Some(sensor));
+                if known.is_none() {
+                    self.owners.set(field, Some(sensor));
+                }
                 return;
             }
         };
@@ -164,7 +167,7 @@ where
 
         // contribution, with the new cell.occ
         let contributes = self.rules.contributes(agreement(fused, certainty));
-        self.owners.set(cell, contributes.then_some(sensor));
+        self.owners.set(field, contributes.then_some(sensor));
     }
 
     fn certainty(&self, cell: Cell) -> Certainty {

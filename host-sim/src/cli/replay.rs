@@ -15,9 +15,9 @@ use certainty_core::transducer::Reading;
 use certainty_core::units::{BinaryAngle, Millimeters, Point};
 use clap::{Args, ValueEnum};
 use core::num::{NonZeroU8, NonZeroU32};
+use core::time::Duration;
 use serde::Serialize;
 use std::path::PathBuf;
-use core::time::Duration;
 use std::time::Instant;
 
 /// What the replay is asked.

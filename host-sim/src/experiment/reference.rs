@@ -2,7 +2,7 @@
 
 use crate::transducer::{Look, PerfectSensor, Sensor};
 use certainty_core::certainty::Certainty;
-use certainty_core::fusion::{Beam, BeamModel, Geometry};
+use certainty_core::fusion::{Beam, BeamModel, Cell, Geometry};
 
 /// What perfect sensors say about a cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -52,7 +52,7 @@ impl Reference {
                 bearing: look.bearing,
                 reading: perfect.sense(&look),
             };
-            beam.interpret(&geometry, model, &mut |cell, certainty| {
+            beam.interpret(&geometry, model, &mut |cell: Cell, certainty: Certainty| {
                 let truth = &mut cells[cell.index()];
                 *truth = match (*truth, certainty) {
                     (_, Certainty::OCCUPIED) => Truth::Occupied,
