@@ -2,8 +2,8 @@
 
 use certainty_core::certainty::Certainty;
 use certainty_core::fusion::{
-    Accumulated, BayesGrid, Beam, BeamModel, CertaintyGrid, Environment, Geometry, Latest, Mapper,
-    MedianGrid, RobustGrid, RobustRules, STRONGEST_MEASUREMENT, TrimmedGrid, UnknownSensor,
+    Accumulated, BayesGrid, Beam, BeamModel, CertaintyGrid, Environment, Geometry, Latest, LogOdds,
+    Mapper, MedianGrid, RobustGrid, RobustRules, STRONGEST_MEASUREMENT, TrimmedGrid, UnknownSensor,
     owner_bytes,
 };
 use certainty_core::health::{Health, HealthRules};
@@ -151,7 +151,9 @@ impl HostMapper {
                 Inner::TrimmedLatest(Mapper::new(grid.expect(RIGHT_SIZE), health, rules))
             }
             (Method::Trimmed, Own::Accumulated) => {
-                let grid = TrimmedGrid::try_new(geometry, sensors, trim, sure, layered());
+                // What a sensor accumulated is bounded already; a lone word of its is not.
+                let any = LogOdds::MAX;
+                let grid = TrimmedGrid::try_new(geometry, sensors, trim, any, layered());
                 Inner::TrimmedAccumulated(Mapper::new(grid.expect(RIGHT_SIZE), health, rules))
             }
             (Method::Median, Own::Latest) => {

@@ -1,7 +1,7 @@
 //! `certainty replay`: a recording of a real robot becomes a map and its sensors' health.
 
-use super::simulate::confidence;
-use super::table::{row, table};
+mod report;
+
 use super::{Failure, map_image, output, progress};
 use crate::export::{OutDir, write_grey_png, write_ros_map};
 use crate::fault::{FaultSpec, Faulty, assign};
@@ -16,7 +16,7 @@ use certainty_core::units::{BinaryAngle, Millimeters, Point};
 use clap::{Args, ValueEnum};
 use core::num::{NonZeroU8, NonZeroU32};
 use core::time::Duration;
-use serde::Serialize;
+use report::{Report, told};
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -276,148 +276,4 @@ fn draw(mapper: &HostMapper, out: &OutDir) -> Result<Vec<PathBuf>, Failure> {
     let map = write_ros_map(out, "map", &map).map_err(|error| Failure::input(&error))?;
     files.extend([map.pgm, map.yaml]);
     Ok(files)
-}
-
-/// The report as JSON; its fields are a contract.
-#[derive(Debug, Serialize)]
-struct Report<'a> {
-    readings: u64,
-    echo: u64,
-    no_object: u64,
-    too_near: u64,
-    missing: u64,
-    skipped_lines: u64,
-    cells_updated: u64,
-    insert_seconds: f64,
-    grid: GridReport,
-    sensors: Vec<SensorReport>,
-    files: &'a [PathBuf],
-}
-
-#[derive(Debug, Serialize)]
-struct GridReport {
-    width: u16,
-    height: u16,
-    cell_mm: u32,
-    bytes_per_cell: f64,
-}
-
-#[derive(Debug, Serialize)]
-struct SensorReport {
-    id: u8,
-    readings: u32,
-    confidence: f64,
-    confirmations: u32,
-    contradictions: u32,
-    missing: u32,
-    status: String,
-}
-
-impl<'a> Report<'a> {
-    fn new(replayed: &Replayed, files: &'a [PathBuf]) -> Self {
-        let tally = replayed.recording.tally();
-        let geometry = replayed.mapper.geometry();
-        let bytes = replayed.mapper.memory_bytes() as f64;
-        Self {
-            readings: replayed.recording.beams.len() as u64,
-            echo: tally.echo,
-            no_object: tally.no_object,
-            too_near: tally.too_near,
-            missing: tally.missing,
-            skipped_lines: replayed.recording.skipped.total(),
-            cells_updated: replayed.cells_updated,
-            insert_seconds: replayed.insertion.as_secs_f64(),
-            grid: GridReport {
-                width: geometry.columns(),
-                height: geometry.rows(),
-                cell_mm: geometry.cell_size().get(),
-                bytes_per_cell: bytes / f64::from(geometry.cells()),
-            },
-            sensors: sensors(&replayed.mapper),
-            files,
-        }
-    }
-}
-
-fn sensors(mapper: &HostMapper) -> Vec<SensorReport> {
-    let known = mapper.health().into_iter();
-    let report = known.map(|(id, health)| SensorReport {
-        id: id.number(),
-        readings: health.readings(),
-        confidence: confidence(&health),
-        confirmations: health.confirmations(),
-        contradictions: health.contradictions(),
-        missing: health.missing(),
-        status: health.status().to_string(),
-    });
-    report.collect()
-}
-
-/// The report for people.
-fn told(arguments: &Arguments, replayed: &Replayed, files: &[PathBuf]) -> String {
-    let Replayed {
-        mapper, recording, ..
-    } = replayed;
-    let tally = recording.tally();
-    let geometry = mapper.geometry();
-    let mut text = format!(
-        "{}: {} readings: {} echoes, {} without object, {} too near, {} missing\n",
-        arguments.file.display(),
-        recording.beams.len(),
-        tally.echo,
-        tally.no_object,
-        tally.too_near,
-        tally.missing
-    );
-    if recording.backward_steps > 0 {
-        text += &format!(
-            "{} times the clock went backwards\n",
-            recording.backward_steps
-        );
-    }
-    if recording.skipped.total() > 0 {
-        text += &format!("{} lines skipped:", recording.skipped.total());
-        for (reason, count) in recording.skipped.counts() {
-            text += &format!(" {count} x {reason};");
-        }
-        for skipped in recording.skipped.first() {
-            text += &format!("\n  line {}: {}", skipped.line, skipped.reason);
-        }
-        text.push('\n');
-    }
-    text += &format!(
-        "map: {} x {} cells of {}, {} bytes, by {}; {} cells updated\n\n",
-        geometry.columns(),
-        geometry.rows(),
-        geometry.cell_size(),
-        mapper.memory_bytes(),
-        arguments.fusion,
-        replayed.cells_updated
-    );
-    let mut rows = vec![row([
-        "sensor",
-        "readings",
-        "confidence",
-        "confirmed",
-        "contradicted",
-        "missing",
-        "status",
-    ])];
-    rows.extend(sensors(mapper).into_iter().map(|sensor| {
-        vec![
-            sensor.id.to_string(),
-            sensor.readings.to_string(),
-            format!("{:.2}", sensor.confidence),
-            sensor.confirmations.to_string(),
-            sensor.contradictions.to_string(),
-            sensor.missing.to_string(),
-            sensor.status,
-        ]
-    }));
-    text += &table(&rows);
-    text.push('\n');
-    for file in files {
-        text += &format!("{}\n", file.display());
-    }
-    text
 }
