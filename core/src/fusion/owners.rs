@@ -47,6 +47,13 @@ pub(super) struct Field {
     mask: u16,
 }
 
+impl Field {
+    /// Whether it reaches into the next byte.
+    const fn straddles(self) -> bool {
+        self.mask << self.shift > 0xFF
+    }
+}
+
 impl<O: AsRef<[u8]> + AsMut<[u8]>> Owners<O> {
     /// Creates owners in `packed`, zeros of [`owner_bytes`] length.
     pub(super) const fn new(sensors: u8, packed: O) -> Self {
@@ -59,14 +66,13 @@ impl<O: AsRef<[u8]> + AsMut<[u8]>> Owners<O> {
     /// Where the owner of `cell` is.
     #[inline]
     pub(super) const fn field(&self, cell: Cell) -> Field {
-        let index = cell.index();
-        let bits = self.bits as usize;
-        // index · bits / 8 without overflow at the last of 2^32 cells on a 32-bit machine.
-        let low = (index % 8).wrapping_mul(bits);
-        let [shift, ..] = (low % 8).to_le_bytes();
+        // The bits before this owner's. A grid of 2^29 cells, where 32 bits would overflow, does not
+        // fit a machine of 32 bits.
+        let position = cell.index().wrapping_mul(self.bits as usize);
+        let [low, ..] = position.to_le_bytes();
         Field {
-            byte: (index / 8).wrapping_mul(bits).wrapping_add(low / 8),
-            shift: shift as u32,
+            byte: position / 8,
+            shift: (low % 8) as u32,
             mask: (1_u16 << (self.bits & 15)).wrapping_sub(1),
         }
     }
@@ -74,12 +80,13 @@ impl<O: AsRef<[u8]> + AsMut<[u8]>> Owners<O> {
     /// The owner there; `None` if unknown.
     #[inline]
     pub(super) fn get(&self, field: Field) -> Option<SensorId> {
-        let Field { byte, shift, mask } = field;
         let packed = self.packed.as_ref();
-        let low = packed.get(byte).copied().unwrap_or(0);
-        let high = packed.get(byte.wrapping_add(1)).copied().unwrap_or(0);
-        let window = u16::from_le_bytes([low, high]);
-        SensorId::new(wrapping_u8(((window >> shift) & mask).into()))
+        let at = |byte: usize| u16::from(packed.get(byte).copied().unwrap_or(0));
+        let mut window = at(field.byte);
+        if field.straddles() {
+            window |= at(field.byte.wrapping_add(1)) << 8;
+        }
+        SensorId::new(wrapping_u8(((window >> field.shift) & field.mask).into()))
     }
 
     /// Makes `owner` the owner there.
@@ -93,7 +100,7 @@ impl<O: AsRef<[u8]> + AsMut<[u8]>> Owners<O> {
         if let Some(stored) = packed.get_mut(byte) {
             *stored = (*stored & !low_mask) | low;
         }
-        if high_mask != 0
+        if field.straddles()
             && let Some(stored) = packed.get_mut(byte.wrapping_add(1))
         {
             *stored = (*stored & !high_mask) | high;

@@ -101,29 +101,10 @@ where
         }
     }
 
-    /// Returns who owns the cell's value; `None` is *unknown* (\[001\] §5.1).
-    pub fn owner(&self, cell: Cell) -> Option<SensorId> {
-        self.owners.get(self.owners.field(cell))
-    }
-}
-
-impl<Sh, S, O> CertaintyGrid for RobustGrid<Sh, S, O>
-where
-    Sh: Shape,
-    S: AsRef<[u8]> + AsMut<[u8]>,
-    O: AsRef<[u8]> + AsMut<[u8]>,
-{
-    fn geometry(&self) -> Geometry {
-        self.shape.geometry()
-    }
-
-    /// Adds a measurement: `AddToGrid` of \[001\] Fig. 3, in the figure's order.
-    #[inline]
-    fn add(&mut self, cell: Cell, measurement: Measurement, sensors: &mut [Health]) {
+    /// `AddToGrid` of \[001\] Fig. 3, in the figure's order, for a sensor that the grid has room for.
+    #[inline(always)]
+    fn add_to_grid(&mut self, cell: Cell, measurement: Measurement, sensors: &mut [Health]) {
         let Measurement { sensor, certainty } = measurement;
-        if sensor.number() > self.sensors {
-            return;
-        }
         let Some(stored) = self.cells.as_mut().get_mut(cell.index()) else {
             return;
         };
@@ -168,6 +149,39 @@ where
         // contribution, with the new cell.occ
         let contributes = self.rules.contributes(agreement(fused, certainty));
         self.owners.set(field, contributes.then_some(sensor));
+    }
+
+    /// Returns who owns the cell's value; `None` is *unknown* (\[001\] §5.1).
+    pub fn owner(&self, cell: Cell) -> Option<SensorId> {
+        self.owners.get(self.owners.field(cell))
+    }
+}
+
+impl<Sh, S, O> CertaintyGrid for RobustGrid<Sh, S, O>
+where
+    Sh: Shape,
+    S: AsRef<[u8]> + AsMut<[u8]>,
+    O: AsRef<[u8]> + AsMut<[u8]>,
+{
+    fn geometry(&self) -> Geometry {
+        self.shape.geometry()
+    }
+
+    #[inline]
+    fn add_all(
+        &mut self,
+        cells: impl Iterator<Item = Cell>,
+        measurement: Measurement,
+        sensors: &mut [Health],
+    ) {
+        if measurement.sensor.number() <= self.sensors {
+            cells.for_each(|cell| self.add_to_grid(cell, measurement, sensors));
+        }
+    }
+
+    #[inline]
+    fn add(&mut self, cell: Cell, measurement: Measurement, sensors: &mut [Health]) {
+        self.add_all(core::iter::once(cell), measurement, sensors);
     }
 
     fn certainty(&self, cell: Cell) -> Certainty {

@@ -3,7 +3,7 @@
 use super::super::simulate::confidence;
 use super::super::table::{row, table};
 use super::{Arguments, Replayed};
-use crate::fusion::HostMapper;
+use crate::fusion::{HostMapper, Method};
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -144,6 +144,9 @@ pub(super) fn told(arguments: &Arguments, replayed: &Replayed, files: &[PathBuf]
         ]
     }));
     text += &table(&rows);
+    if arguments.fusion != Method::Robust {
+        text += "Only the robust method compares sensors; here only missing readings count.\n";
+    }
     text.push('\n');
     for file in files {
         text += &format!("{}\n", file.display());
