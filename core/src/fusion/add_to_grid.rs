@@ -11,15 +11,20 @@ use fixed::types::{I2F14, U0F16};
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct RobustConfig {
     /// `CONFIRMATIONTHRESHOLD`: a comparison above it confirms.
+    #[cfg_attr(feature = "defmt", defmt(Display2Format))]
     pub confirmation: I2F14,
     /// `CONTRADICTIONTHRESHOLD`: a comparison below it contradicts.
+    #[cfg_attr(feature = "defmt", defmt(Display2Format))]
     pub contradiction: I2F14,
     /// `CONTRIBUTIONTHRESHOLD`: a contribution above it makes the sensor the owner.
+    #[cfg_attr(feature = "defmt", defmt(Display2Format))]
     pub contribution: I2F14,
     /// How much a confirmation raises both confidences.
+    #[cfg_attr(feature = "defmt", defmt(Display2Format))]
     pub raise: U0F16,
     /// How much a contradiction lowers both confidences; more than [`Self::raise`], because faults
     /// are rare (\[002\] §4).
+    #[cfg_attr(feature = "defmt", defmt(Display2Format))]
     pub lower: U0F16,
     /// No confidence falls below this.
     pub floor: Confidence,

@@ -28,6 +28,7 @@ pub struct BeamConfig {
     pub farthest: Millimeters,
     /// Half of the occupied spread around an echo, as a fraction of its distance: the accuracy of
     /// \[001\] Table 1.
+    #[cfg_attr(feature = "defmt", defmt(Display2Format))]
     pub accuracy: U0F16,
     /// Half of the beam's opening angle; zero for a narrow beam. Below a quarter turn.
     pub half_width: BinaryAngle,
