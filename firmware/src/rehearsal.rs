@@ -5,7 +5,7 @@
 
 use crate::smart_car::{self, CELLS, SENSORS, SWEEP, SmartCarGrid, SmartCarShape};
 use certainty_core::fusion::{Beam, Mapper, RobustRules};
-use certainty_core::health::{Health, HealthRules};
+use certainty_core::health::HealthRules;
 use certainty_core::sensor::SensorId;
 use certainty_core::transducer::{Missing, Reading};
 use certainty_core::units::{Millimeters, Ticks};
@@ -45,7 +45,7 @@ pub fn run() -> Result<Outcome, Refused> {
     let owners = [0; certainty_core::fusion::owner_bytes(CELLS, SENSORS)];
     let rules = RobustRules::DEFAULT;
     let grid = SmartCarGrid::try_new(SmartCarShape, rules, SENSORS, [0; CELLS], owners);
-    let health = [Health::default(); SENSORS as usize];
+    let health = [rules.first_health(); SENSORS as usize];
     let mut mapper = Mapper::new(grid.map_err(|_| Refused)?, health, HealthRules::DEFAULT);
     const ACCURACY: U0F16 = U0F16::lit("0.1");
     let model = smart_car::beam_model(ACCURACY);

@@ -40,13 +40,11 @@ impl Method {
         }
     }
 
-    /// Returns the bytes of storage that this method needs a cell for so many sensors, owners
-    /// rounded up to whole bytes.
+    /// Returns how many layers of cells this method keeps for so many sensors.
     #[must_use]
     pub const fn layers(self, sensors: u8) -> u64 {
         match self {
-            Self::Bayes => 1,
-            Self::Robust => 2,
+            Self::Bayes | Self::Robust => 1,
             Self::Trimmed | Self::Median => sensors as u64,
         }
     }
@@ -131,7 +129,8 @@ impl HostMapper {
         let cells = geometry.cells() as usize;
         let flat = vec![0; cells];
         let layered = || vec![0; cells * usize::from(sensors)];
-        let health = vec![Health::default(); sensors.into()];
+        let add = RobustRules::DEFAULT;
+        let health = vec![add.first_health(); sensors.into()];
         let rules = HealthRules::DEFAULT;
         let trim = u8::from(sensors >= 3);
         let sure = STRONGEST_MEASUREMENT;
@@ -142,7 +141,6 @@ impl HostMapper {
             }
             (Method::Robust, _) => {
                 let owners = vec![0; owner_bytes(cells, sensors)];
-                let add = RobustRules::DEFAULT;
                 let grid = RobustGrid::try_new(geometry, add, sensors, flat, owners);
                 Inner::Robust(Mapper::new(grid.expect(RIGHT_SIZE), health, rules))
             }

@@ -1,7 +1,7 @@
 //! The arithmetic of `AddToGrid` (\[001\] Fig. 3), in integers.
 
 use crate::certainty::Certainty;
-use crate::health::Confidence;
+use crate::health::{Confidence, Health};
 use crate::narrow::wrapping_u8;
 use core::fmt;
 use fixed::types::{I2F14, U0F16};
@@ -26,6 +26,8 @@ pub struct RobustConfig {
     /// are rare (\[002\] §4).
     #[cfg_attr(feature = "defmt", defmt(Display2Format))]
     pub lower: U0F16,
+    /// What a sensor starts with; full, where nothing is known about it (\[002\] §4).
+    pub start: Confidence,
     /// No confidence falls below this.
     pub floor: Confidence,
     /// No confidence rises above this.
@@ -43,6 +45,7 @@ impl RobustConfig {
         contribution: I2F14::from_bits(0),
         raise: U0F16::from_bits(1 << 7),
         lower: U0F16::from_bits(12 << 7),
+        start: Confidence::FULL,
         floor: Confidence::from_bits(1 << 10),
         ceiling: Confidence::FULL,
     };
@@ -70,7 +73,7 @@ pub enum RobustConfigError {
     Thresholds,
     /// The step down is not larger than the step up, or there is no step up.
     Steps,
-    /// The floor is not below the ceiling.
+    /// The floor is not below the ceiling, or the start not between them.
     Bounds,
 }
 
@@ -79,7 +82,9 @@ impl fmt::Display for RobustConfigError {
         f.write_str(match self {
             Self::Thresholds => "the contradiction threshold must not exceed the confirmation one",
             Self::Steps => "confidence must fall by larger steps than it rises by, and rise at all",
-            Self::Bounds => "the lowest confidence must be below the highest",
+            Self::Bounds => {
+                "the lowest confidence must be below the highest, the first between them"
+            }
         })
     }
 }
@@ -108,7 +113,10 @@ impl RobustRules {
             Err(RobustConfigError::Thresholds)
         } else if config.raise.to_bits() == 0 || config.lower.to_bits() <= config.raise.to_bits() {
             Err(RobustConfigError::Steps)
-        } else if config.floor.to_bits() >= config.ceiling.to_bits() {
+        } else if config.floor.to_bits() >= config.ceiling.to_bits()
+            || config.start.to_bits() < config.floor.to_bits()
+            || config.start.to_bits() > config.ceiling.to_bits()
+        {
             Err(RobustConfigError::Bounds)
         } else {
             Ok(Self(config))
@@ -119,6 +127,12 @@ impl RobustRules {
     #[must_use]
     pub const fn config(&self) -> &RobustConfig {
         &self.0
+    }
+
+    /// Returns the record that a sensor starts with.
+    #[must_use]
+    pub const fn first_health(&self) -> Health {
+        Health::new(self.0.start)
     }
 
     #[inline]
@@ -285,6 +299,11 @@ mod tests {
             ceiling: base.floor,
             ..base
         };
+        let below = RobustConfig {
+            start: Confidence::NONE,
+            ..base
+        };
+        assert_eq!(RobustRules::try_new(below), Err(RobustConfigError::Bounds));
         assert_eq!(
             RobustRules::try_new(no_room),
             Err(RobustConfigError::Bounds)

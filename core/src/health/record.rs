@@ -18,15 +18,18 @@ pub struct Health {
     contradictions: u32,
     readings: u32,
     missing: u32,
-    last_heard: Ticks,
+    /// The last reading, or when watching began.
+    silent_since: Ticks,
     confidence: Confidence,
     missing_in_a_row: u16,
+    watched: bool,
     stale: bool,
     status: Status,
 }
 
 impl Health {
-    /// Creates the record of a sensor that starts with `confidence`, heard last at clock start.
+    /// Creates the record of a sensor that starts with `confidence`, an a-priori value or
+    /// [`Confidence::FULL`] (\[002\] §4).
     #[must_use]
     pub const fn new(confidence: Confidence) -> Self {
         Self {
@@ -34,9 +37,10 @@ impl Health {
             contradictions: 0,
             readings: 0,
             missing: 0,
-            last_heard: Ticks::new(0),
+            silent_since: Ticks::new(0),
             confidence,
             missing_in_a_row: 0,
+            watched: false,
             stale: false,
             status: Status::Healthy,
         }
@@ -78,10 +82,11 @@ impl Health {
         self.missing_in_a_row
     }
 
-    /// Returns when the sensor last delivered a reading.
+    /// Returns since when the sensor has been silent: its last reading, or, before the first, when it
+    /// was first watched.
     #[must_use]
-    pub const fn last_heard(&self) -> Ticks {
-        self.last_heard
+    pub const fn silent_since(&self) -> Ticks {
+        self.silent_since
     }
 
     /// Returns whether the sensor had been silent for too long when last asked.
@@ -104,7 +109,8 @@ impl Health {
         } else {
             self.readings = self.readings.saturating_add(1);
             self.missing_in_a_row = 0;
-            self.last_heard = now;
+            self.silent_since = now;
+            self.watched = true;
         }
     }
 
@@ -121,8 +127,15 @@ impl Health {
     }
 
     /// Draws the conclusion from everything recorded up to `now`.
+    ///
+    /// The first call starts the watch: a sensor that was never heard is stale only after the same
+    /// silence as any other, whatever the clock showed when it all began.
     pub const fn settle(&mut self, rules: &HealthRules, now: Ticks) {
-        self.stale = now.since(self.last_heard) > rules.config().stale_after;
+        if !self.watched {
+            self.watched = true;
+            self.silent_since = now;
+        }
+        self.stale = now.since(self.silent_since) > rules.config().stale_after;
         self.status = rules.next(
             self.status,
             self.confidence,
@@ -175,6 +188,19 @@ mod tests {
         assert_eq!(dead.status(), Status::Recovering);
         dead.settle(&rules, back);
         assert_eq!(dead.status(), Status::Healthy);
+    }
+
+    #[test]
+    fn a_clock_that_starts_late_makes_no_sensor_stale() {
+        let rules = HealthRules::default();
+        let mut health = Health::default();
+        let start = 3_000_000_000;
+        health.settle(&rules, Ticks::new(start));
+        assert_eq!(health.status(), Status::Healthy);
+        health.settle(&rules, Ticks::new(start + rules.config().stale_after));
+        assert_eq!(health.status(), Status::Healthy);
+        health.settle(&rules, Ticks::new(start + rules.config().stale_after + 1));
+        assert_eq!(health.status(), Status::Failed);
     }
 
     #[test]

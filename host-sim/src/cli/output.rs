@@ -3,6 +3,7 @@
 use super::Failure;
 use serde::Serialize;
 use std::io::{ErrorKind, IsTerminal, Write};
+use std::path::PathBuf;
 
 /// Writes a result to stdout.
 ///
@@ -24,6 +25,12 @@ pub(super) fn print_json(document: &impl Serialize) -> Result<(), Failure> {
     let text = serde_json::to_string_pretty(document)
         .map_err(|error| Failure::Internal(format!("cannot write JSON: {error}")))?;
     print(&(text + "\n"))
+}
+
+/// Paths as a report lists them; what is no text in them is replaced.
+pub(super) fn listed(files: &[PathBuf]) -> Vec<String> {
+    let text = |file: &PathBuf| file.to_string_lossy().into_owned();
+    files.iter().map(text).collect()
 }
 
 /// Writes a line to stderr, if there is anyone to read it.

@@ -167,13 +167,13 @@ fn draw(run: &Run, out: &OutDir) -> Result<Vec<PathBuf>, Failure> {
 
 /// The report as JSON; its fields are a contract.
 #[derive(Debug, Serialize)]
-struct Report<'a> {
+struct Report {
     seed: u64,
     readings: u32,
     world: WorldReport,
     methods: Vec<MethodReport>,
     sensors: Vec<SensorReport>,
-    files: &'a [PathBuf],
+    files: Vec<String>,
 }
 
 /// The grid's size in cells.
@@ -206,8 +206,8 @@ struct SensorReport {
     status: String,
 }
 
-impl<'a> Report<'a> {
-    fn new(run: &Run, files: &'a [PathBuf]) -> Self {
+impl Report {
+    fn new(run: &Run, files: &[PathBuf]) -> Self {
         let geometry = run.reference.geometry();
         let methods = run.methods.iter().map(|result| MethodReport {
             name: result.method.name(),
@@ -227,7 +227,7 @@ impl<'a> Report<'a> {
             },
             methods: methods.collect(),
             sensors: sensors(run),
-            files,
+            files: output::listed(files),
         }
     }
 }

@@ -181,8 +181,8 @@ impl Arguments {
         let cells = cells.saturating_mul(layers);
         let too_large = || {
             Failure::Input(format!(
-                "{}: the map would need {columns} x {rows} cells of {} ({cells} with {layers} \
-                 layers for {}), more than --max-cells {}; choose a larger --cell or --max-cells",
+                "{}: the map would need {columns} x {rows} cells of {}, {cells} in {layers} \
+                 layers for {}, more than --max-cells {}; choose a larger --cell or --max-cells",
                 self.file.display(),
                 self.cell,
                 self.fusion,

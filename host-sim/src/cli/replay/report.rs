@@ -1,5 +1,6 @@
 //! What a replay reports.
 
+use super::super::output;
 use super::super::simulate::confidence;
 use super::super::table::{row, table};
 use super::{Arguments, Replayed};
@@ -9,7 +10,7 @@ use std::path::PathBuf;
 
 /// The report as JSON; its fields are a contract.
 #[derive(Debug, Serialize)]
-pub(super) struct Report<'a> {
+pub(super) struct Report {
     readings: u64,
     echo: u64,
     no_object: u64,
@@ -20,7 +21,7 @@ pub(super) struct Report<'a> {
     insert_seconds: f64,
     grid: GridReport,
     sensors: Vec<SensorReport>,
-    files: &'a [PathBuf],
+    files: Vec<String>,
 }
 
 #[derive(Debug, Serialize)]
@@ -42,8 +43,8 @@ struct SensorReport {
     status: String,
 }
 
-impl<'a> Report<'a> {
-    pub(super) fn new(replayed: &Replayed, files: &'a [PathBuf]) -> Self {
+impl Report {
+    pub(super) fn new(replayed: &Replayed, files: &[PathBuf]) -> Self {
         let tally = replayed.recording.tally();
         let geometry = replayed.mapper.geometry();
         let bytes = replayed.mapper.memory_bytes() as f64;
@@ -63,7 +64,7 @@ impl<'a> Report<'a> {
                 bytes_per_cell: bytes / f64::from(geometry.cells()),
             },
             sensors: sensors(&replayed.mapper),
-            files,
+            files: output::listed(files),
         }
     }
 }
