@@ -47,13 +47,13 @@ pub fn executable<'a>(
         .output()
         .expect("cargo runs: it started this test");
     let messages = String::from_utf8_lossy(&output.stdout);
-    let built = messages.lines().filter_map(|line| {
+    let built = messages.lines().rev().find_map(|line| {
         let message: Value = serde_json::from_str(line).ok()?;
         let path = message.get("executable")?.as_str()?;
         (message["target"]["name"] == name).then(|| PathBuf::from(path))
     });
-    let last = built.last().filter(|_| output.status.success());
-    last.ok_or_else(|| String::from_utf8_lossy(&output.stderr).into_owned())
+    let built = built.filter(|_| output.status.success());
+    built.ok_or_else(|| String::from_utf8_lossy(&output.stderr).into_owned())
 }
 
 /// The cargo profile that this test was built in, by the folder that it lies in.

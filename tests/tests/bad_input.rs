@@ -78,8 +78,8 @@ fn assert_refused(folder: &TempDir, arguments: &str, words: &[&str]) {
 #[test]
 fn a_recording_of_which_nothing_can_be_used_is_refused_with_its_name() {
     let truncated = {
-        let mut whole = gzip(&noise(5000));
-        whole.truncate(200);
+        let mut whole = gzip(scan(2.0).as_bytes());
+        whole.truncate(30);
         whole
     };
     let corrupt = {
@@ -149,7 +149,7 @@ fn a_recording_of_which_nothing_can_be_used_is_refused_with_its_name() {
         let folder = folder_with(content);
         let words: Vec<&str> = ["input"].iter().chain(words).copied().collect();
         for json in ["", " --json"] {
-            eprintln!("{what}");
+            eprintln!("{what}"); // names the case where one fails
             assert_refused(&folder, &format!("replay input{json}"), &words);
         }
     }
@@ -471,8 +471,8 @@ fn damaged_readings_are_skipped_counted_and_reported() {
     let document = certainty(folder.path(), "replay input --json").json();
     assert_eq!(document["skipped_lines"], 7);
     assert_eq!(document["readings"], 3);
-    let kinds = ["echo", "too_near", "no_object", "missing"].map(|kind| &document[kind]);
-    assert_eq!(kinds, [&1.into(), &1.into(), &1.into(), &0.into()]);
+    let kinds = ["echo", "too_near", "no_object", "missing"].map(|kind| document[kind].as_u64());
+    assert_eq!(kinds, [Some(1), Some(1), Some(1), Some(0)]);
 }
 
 #[test]
@@ -515,6 +515,48 @@ fn a_gzip_cut_short_gives_what_came_before_the_cut() {
     assert!((40..60).contains(&scans), "{scans}");
     let told = certainty(folder.path(), "replay input").stdout;
     assert!(told.contains("compressed file cut short"), "{told}");
+}
+
+/// JSON cannot name such a path, so it must be refused before anything is written to it.
+#[cfg(target_os = "linux")]
+#[test]
+#[ignore = "defect: ends with exit code 1 after all files were written"]
+fn an_out_whose_name_json_cannot_hold_is_refused_before_anything_is_written() {
+    use std::ffi::OsStr;
+    use std::os::unix::ffi::OsStrExt;
+    let name = OsStr::from_bytes(b"out\xFF");
+    for arguments in [
+        ["simulate", "--json"].as_slice(),
+        &["replay", "input", "--json"],
+    ] {
+        let folder = folder_with(good_log());
+        let mut command = command(folder.path(), arguments);
+        command.arg("--out").arg(name);
+        let ran = run(command, QUICKLY);
+        let _line = ran.refusal();
+        let written = fs::read_dir(folder.path().join(name)).into_iter().flatten();
+        assert_eq!(written.count(), 0);
+    }
+}
+
+#[test]
+#[ignore = "defect: the default fault names sensor 2 of a crew that has none"]
+fn a_single_sensor_can_be_simulated_without_naming_a_fault() {
+    let folder = tempfile::tempdir().unwrap();
+    let ran = certainty(folder.path(), "simulate --json --sensors A");
+    assert_eq!(ran.json()["sensors"].as_array().unwrap().len(), 1);
+}
+
+/// A line without end is no line; where all the file is one, nothing can come of it.
+#[cfg(target_os = "linux")]
+#[test]
+#[ignore = "defect: reads on for ever when the format is named"]
+fn a_file_without_end_or_lines_is_refused_whatever_its_format_is_said_to_be() {
+    let folder = tempfile::tempdir().unwrap();
+    for format in ["auto", "carmen", "readings"] {
+        let arguments = format!("replay --format {format} /dev/zero");
+        assert_refused(&folder, &arguments, &["/dev/zero"]);
+    }
 }
 
 /// A refusal leaves what an earlier run wrote.

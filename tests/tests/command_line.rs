@@ -151,7 +151,7 @@ fn the_fault_tolerant_maps_err_less_than_bayes_when_a_sensor_is_stuck() {
 }
 
 #[test]
-#[ignore = "defect: sensor 2 is stuck and reported healthy with 0.92, see the next test too"]
+#[ignore = "defect: sensor 2 is stuck and reported healthy, with confidence 0.99"]
 fn the_health_names_the_stuck_sensor_and_no_other() {
     let document = alone("simulate --json --readings 2000").json();
     let sensors = list(&document, "sensors");
@@ -327,7 +327,16 @@ fn readings_are_counted_over_all_sensors() {
 }
 
 #[test]
-fn the_report_is_plain_text_that_fits_a_terminal_of_80_columns() {
+fn the_report_is_plain_text_where_there_is_no_terminal() {
+    let ran = alone("simulate");
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    assert_eq!(ran.stderr, "", "no bar, no note");
+    assert!(!ran.stdout.contains('\u{1b}'), "no colour");
+}
+
+#[test]
+#[ignore = "defect: the legend of the maps is 89 columns wide"]
+fn the_report_fits_a_terminal_of_80_columns() {
     for arguments in [
         "simulate",
         "simulate --sensors 7",
@@ -335,8 +344,6 @@ fn the_report_is_plain_text_that_fits_a_terminal_of_80_columns() {
     ] {
         let ran = alone(arguments);
         assert_eq!(ran.code, Some(0), "{}", ran.stderr);
-        assert_eq!(ran.stderr, "");
-        assert!(!ran.stdout.contains('\u{1b}'), "no terminal, no colour");
         for line in ran.stdout.lines() {
             let columns = line.chars().count();
             assert!(columns <= 80, "{columns} columns with {arguments}: {line}");
@@ -368,7 +375,7 @@ fn the_report_shows_every_method_sensor_and_where_the_pictures_are() {
     let map_row = |line: &&str| {
         let panels: Vec<&str> = line.split_whitespace().collect();
         let cells = |panel: &&str| panel.len() == 17 && panel.chars().all(|c| "#.?Xo".contains(c));
-        !panels.is_empty() && panels.iter().all(|panel| cells(panel))
+        !panels.is_empty() && panels.iter().all(cells)
     };
     let panels: usize = text
         .lines()
