@@ -1,6 +1,9 @@
 //! Recordings of rooms that are known: what a laser would have logged there.
 
 use core::f64::consts::{FRAC_PI_2, PI};
+use flate2::Compression;
+use flate2::write::GzEncoder;
+use std::io::Write;
 
 /// A wall from one corner to the next, in metres.
 type Wall = ([f64; 2], [f64; 2]);
@@ -116,6 +119,17 @@ pub fn log(room: &Room, places: &[Place], line: impl Fn(&[f64], Place, f64) -> S
     scans
         .map(|(&place, number)| line(&room.scan(place), place, f64::from(number) / 10.0))
         .collect()
+}
+
+/// Packs `bytes`.
+///
+/// # Panics
+/// Never: memory takes every byte.
+#[must_use]
+pub fn gzip(bytes: &[u8]) -> Vec<u8> {
+    let mut encoder = GzEncoder::new(Vec::new(), Compression::default());
+    encoder.write_all(bytes).expect("memory takes every byte");
+    encoder.finish().expect("memory takes every byte")
 }
 
 fn joined(ranges: &[f64]) -> String {

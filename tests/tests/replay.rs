@@ -3,15 +3,12 @@
 use certainty_tests::map::{Cell, Map};
 use certainty_tests::program::{Ran, certainty, command, run};
 use certainty_tests::recording::{
-    BEAMS, NO_ECHO_M, Place, Room, all_around, flaser, log, robotlaser,
+    BEAMS, NO_ECHO_M, Place, Room, all_around, flaser, gzip, log, robotlaser,
 };
 use certainty_tests::{shared_data, workspace};
 use core::time::Duration;
-use flate2::Compression;
-use flate2::write::GzEncoder;
 use serde_json::Value;
 use std::fs;
-use std::io::Write;
 use std::path::Path;
 
 /// A square room whose walls stand 1 cm deep in the cells that begin at ±2.9 m.
@@ -45,12 +42,6 @@ fn tour() -> Vec<Place> {
 
 fn room_log() -> String {
     log(&square_room(), &tour(), flaser)
-}
-
-fn gzip(bytes: &[u8]) -> Vec<u8> {
-    let mut encoder = GzEncoder::new(Vec::new(), Compression::default());
-    encoder.write_all(bytes).unwrap();
-    encoder.finish().unwrap()
 }
 
 /// Replays `recording` in a folder of its own; returns how it went and the map.
@@ -468,7 +459,7 @@ fn a_random_fault_follows_the_seed() {
     assert_ne!(run(1), run(2));
 }
 
-/// The real logs, as shared/data/README.md and the issue count them at the default 8 m.
+/// A real log: beams by its scans and beams a scan, `no_object` counted in the file at 8 m.
 fn real_log(name: &str, readings: u64, no_object: u64) {
     let Some(file) = shared_data(&format!("carmen/{name}-corrected.log.gz")) else {
         return;
