@@ -1,0 +1,174 @@
+//! Maps as other programs see them: a reader of PGM + YAML that shares no code with ours.
+
+use core::fmt;
+use std::fs;
+use std::path::Path;
+
+/// What a pixel says by the thresholds 0.65 and 0.196 of `map_server`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Cell {
+    /// Darkness below 0.196.
+    Free,
+    /// Neither.
+    Unknown,
+    /// Darkness above 0.65.
+    Occupied,
+}
+
+/// A map with its place, rows from the lowest.
+#[derive(Clone, PartialEq)]
+pub struct Map {
+    /// Cells along x.
+    pub width: usize,
+    /// Cells along y.
+    pub height: usize,
+    /// Metres a cell.
+    pub resolution: f64,
+    /// x and y of the lower left corner in metres.
+    pub origin: [f64; 2],
+    cells: Vec<Cell>,
+}
+
+impl Map {
+    /// Reads `map.yaml` and `map.pgm` in `folder`.
+    ///
+    /// # Panics
+    /// If they are not there or not as `map_server` wants them.
+    #[must_use]
+    pub fn read(folder: &Path) -> Self {
+        let text = fs::read_to_string(folder.join("map.yaml")).expect("there is a map.yaml");
+        let value = |key: &str| {
+            let found = text.lines().find_map(|line| line.strip_prefix(key));
+            found.unwrap_or_else(|| panic!("no {key} in {text}")).trim()
+        };
+        assert_eq!(value("image:"), "map.pgm");
+        let number = |text: &str| text.trim().parse::<f64>().expect("a number");
+        let origin: Vec<f64> = value("origin:")
+            .trim_matches(['[', ']'])
+            .split(',')
+            .map(number)
+            .collect();
+        let image = fs::read(folder.join("map.pgm")).expect("there is a map.pgm");
+        let (width, height, pixels) = pgm(&image);
+        let rows = pixels.chunks(width).rev();
+        Self {
+            width,
+            height,
+            resolution: number(value("resolution:")),
+            origin: [origin[0], origin[1]],
+            cells: rows.flatten().map(|&pixel| cell(pixel)).collect(),
+        }
+    }
+
+    /// Returns the cell in column `x` of row `y`, counted from the lower left.
+    #[must_use]
+    pub fn at(&self, x: usize, y: usize) -> Cell {
+        self.cells[y * self.width + x]
+    }
+
+    /// Returns what the map says of a place in metres; unknown beyond its borders.
+    #[must_use]
+    pub fn at_place(&self, x: f64, y: f64) -> Cell {
+        let column = ((x - self.origin[0]) / self.resolution).floor();
+        let row = ((y - self.origin[1]) / self.resolution).floor();
+        let inside = |cell: f64, cells: usize| (0.0..cells as f64).contains(&cell);
+        if inside(column, self.width) && inside(row, self.height) {
+            self.at(column as usize, row as usize)
+        } else {
+            Cell::Unknown
+        }
+    }
+
+    /// Returns the middle of every cell that is `wanted`, in metres.
+    #[must_use]
+    pub fn places(&self, wanted: Cell) -> Vec<[f64; 2]> {
+        let all = (0..self.height).flat_map(|y| (0..self.width).map(move |x| (x, y)));
+        let found = all.filter(|&(x, y)| self.at(x, y) == wanted);
+        let middle = |cells: usize, origin: f64| origin + (cells as f64 + 0.5) * self.resolution;
+        found
+            .map(|(x, y)| [middle(x, self.origin[0]), middle(y, self.origin[1])])
+            .collect()
+    }
+}
+
+/// The highest row first: `#` occupied, `.` free, `?` unknown.
+impl fmt::Display for Map {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for row in self.cells.chunks(self.width).rev() {
+            let drawn = row.iter().map(|cell| match cell {
+                Cell::Free => '.',
+                Cell::Unknown => '?',
+                Cell::Occupied => '#',
+            });
+            writeln!(f, "{}", drawn.collect::<String>())?;
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Debug for Map {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} m at {:?}\n{self}", self.resolution, self.origin)
+    }
+}
+
+/// Trinary mode of `map_server`: darkness against both thresholds.
+fn cell(pixel: u8) -> Cell {
+    let darkness = f64::from(255 - pixel) / 255.0;
+    if darkness > 0.65 {
+        Cell::Occupied
+    } else if darkness < 0.196 {
+        Cell::Free
+    } else {
+        Cell::Unknown
+    }
+}
+
+/// Reads a binary graymap of 8 bits: width, height, pixels from the top left.
+///
+/// # Panics
+/// If it is none.
+#[must_use]
+pub fn pgm(bytes: &[u8]) -> (usize, usize, &[u8]) {
+    let mut fields = bytes.splitn(4, |byte| byte.is_ascii_whitespace());
+    let mut field = || fields.next().expect("four header fields");
+    assert_eq!(field(), b"P5");
+    let number = |field: &[u8]| -> usize {
+        let text = str::from_utf8(field).expect("a number");
+        text.parse().expect("a number")
+    };
+    let (width, height) = (number(field()), number(field()));
+    let (depth, pixels) = {
+        let rest = field();
+        let end = rest
+            .iter()
+            .position(u8::is_ascii_whitespace)
+            .expect("pixels");
+        rest.split_at(end)
+    };
+    assert_eq!(number(depth), 255);
+    let pixels = &pixels[1..];
+    assert_eq!(pixels.len(), width * height);
+    (width, height, pixels)
+}
+
+/// Writes a map drawn as `#`, `.` and `?` (the highest row first) as `NAME.pgm` and `NAME.yaml`.
+///
+/// # Panics
+/// If it cannot be written or the drawing has another character.
+pub fn write_drawn(folder: &Path, name: &str, rows: &[&str], resolution: f64, origin: [f64; 2]) {
+    let mut image = format!("P5\n{} {}\n255\n", rows[0].len(), rows.len()).into_bytes();
+    image.extend(rows.concat().bytes().map(|byte| match byte {
+        b'#' => 0,
+        b'.' => 254,
+        b'?' => 205,
+        _ => panic!("{byte} is no cell"),
+    }));
+    let [x, y] = origin;
+    let yaml = format!(
+        "image: {name}.pgm\nresolution: {resolution}\norigin: [{x}, {y}, 0.0]\nnegate: 0\n\
+         occupied_thresh: 0.65\nfree_thresh: 0.196\n"
+    );
+    fs::write(folder.join(format!("{name}.pgm")), image).expect("a file can be written");
+    fs::write(folder.join(format!("{name}.yaml")), yaml).expect("a file can be written");
+}

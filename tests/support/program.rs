@@ -1,0 +1,191 @@
+//! The program `certainty`, run as its users run it.
+
+use core::time::Duration;
+use serde_json::Value;
+use std::ffi::OsStr;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::OnceLock;
+use std::thread;
+use std::time::Instant;
+
+use crate::workspace;
+
+/// How long any run may take; what takes longer hangs.
+pub const PATIENCE: Duration = Duration::from_secs(60);
+
+/// Returns the program, built in the profile of the running test.
+///
+/// # Panics
+/// If it cannot be built.
+#[must_use]
+pub fn program() -> &'static Path {
+    static PROGRAM: OnceLock<PathBuf> = OnceLock::new();
+    PROGRAM.get_or_init(|| {
+        let build = "build --package certainty-sim --bin certainty --profile";
+        let arguments = build.split(' ').chain([profile()]);
+        executable(arguments, "certainty").expect("the program can be built")
+    })
+}
+
+/// Builds with cargo and returns the executable `name`, wherever cargo put it.
+///
+/// # Errors
+/// What cargo wrote to stderr, if it fails or builds no such executable.
+///
+/// # Panics
+/// If cargo itself cannot be started.
+pub fn executable<'a>(
+    arguments: impl IntoIterator<Item = &'a str>,
+    name: &str,
+) -> Result<PathBuf, String> {
+    let output = Command::new(env!("CARGO"))
+        .args(arguments)
+        .args(["--locked", "--message-format=json-render-diagnostics"])
+        .current_dir(workspace())
+        .output()
+        .expect("cargo runs: it started this test");
+    let messages = String::from_utf8_lossy(&output.stdout);
+    let built = messages.lines().rev().find_map(|line| {
+        let message: Value = serde_json::from_str(line).ok()?;
+        let path = message.get("executable")?.as_str()?;
+        (message["target"]["name"] == name).then(|| PathBuf::from(path))
+    });
+    let built = built.filter(|_| output.status.success());
+    built.ok_or_else(|| String::from_utf8_lossy(&output.stderr).into_owned())
+}
+
+/// The cargo profile that this test was built in, by the folder that it lies in.
+fn profile() -> &'static str {
+    static PROFILE: OnceLock<String> = OnceLock::new();
+    PROFILE.get_or_init(|| {
+        // TARGET/debug/deps/test-0123456789abcdef
+        let test = std::env::current_exe().ok();
+        let folder = test
+            .as_deref()
+            .and_then(Path::parent)
+            .and_then(Path::parent);
+        match folder.and_then(Path::file_name).and_then(OsStr::to_str) {
+            None | Some("debug") => "dev".into(),
+            Some(name) => name.into(),
+        }
+    })
+}
+
+/// How a run ended.
+#[derive(Debug, Clone)]
+pub struct Ran {
+    /// The exit code; `None` after a signal.
+    pub code: Option<i32>,
+    /// What was written to stdout.
+    pub stdout: String,
+    /// What was written to stderr.
+    pub stderr: String,
+}
+
+impl Ran {
+    /// Returns stdout's one JSON document.
+    ///
+    /// # Panics
+    /// If the run failed, or stdout holds anything else.
+    #[must_use]
+    pub fn json(&self) -> Value {
+        assert_eq!(self.code, Some(0), "{}", self.stderr);
+        serde_json::from_str(&self.stdout).expect("stdout is one JSON document")
+    }
+
+    /// Returns the only line on stderr of a refusal: exit code 2 and nothing on stdout.
+    ///
+    /// # Panics
+    /// If it is anything else.
+    #[must_use]
+    pub fn refusal(&self) -> &str {
+        assert_eq!(self.code, Some(2), "{self:?}");
+        assert_eq!(self.stdout, "", "a refusal prints no result");
+        let mut lines = self.stderr.lines();
+        let line = lines.next().expect("a refusal says why");
+        assert_eq!(
+            lines.next(),
+            None,
+            "a refusal is one line: {:?}",
+            self.stderr
+        );
+        assert!(line.starts_with("certainty: "), "{line}");
+        assert!(!line.contains("panicked"), "{line}");
+        line
+    }
+}
+
+/// Returns the program with `arguments`, to be run in `folder`.
+///
+/// The environment says nothing about colour, and panics say where they come from.
+pub fn command<A: AsRef<OsStr>>(folder: &Path, arguments: impl IntoIterator<Item = A>) -> Command {
+    let mut command = Command::new(program());
+    command.args(arguments).current_dir(folder);
+    for variable in ["NO_COLOR", "CLICOLOR", "CLICOLOR_FORCE", "RUST_BACKTRACE"] {
+        command.env_remove(variable);
+    }
+    command.stdin(Stdio::null());
+    command
+}
+
+/// Runs the program in `folder` with `arguments` separated by spaces.
+///
+/// # Panics
+/// If it cannot be started or runs longer than [`PATIENCE`].
+#[must_use]
+pub fn certainty(folder: &Path, arguments: &str) -> Ran {
+    run(command(folder, arguments.split_whitespace()), PATIENCE)
+}
+
+/// Runs `command` to its end.
+///
+/// # Panics
+/// If it cannot be started or runs longer than `limit`; it is ended then.
+#[must_use]
+pub fn run(mut command: Command, limit: Duration) -> Ran {
+    command.stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = command.spawn().expect("the command can be started");
+    let stdout = child.stdout.take().map(reader);
+    let stderr = child.stderr.take().map(reader);
+    let code = wait(&mut child, limit);
+    let text = |reader: Option<thread::JoinHandle<String>>| {
+        let text = reader.map(|reader| reader.join().expect("reading a pipe does not fail"));
+        text.unwrap_or_default()
+    };
+    let code = code.unwrap_or_else(|| panic!("{command:?} ran longer than {limit:?}"));
+    Ran {
+        code,
+        stdout: text(stdout),
+        stderr: text(stderr),
+    }
+}
+
+/// Waits for `child` and returns its exit code, or ends it after `limit` and returns `None`.
+///
+/// # Panics
+/// If the system does not know the child.
+pub fn wait(child: &mut Child, limit: Duration) -> Option<Option<i32>> {
+    let start = Instant::now();
+    loop {
+        if let Some(status) = child.try_wait().expect("the child is ours") {
+            return Some(status.code());
+        }
+        if start.elapsed() > limit {
+            child.kill().expect("the child is ours");
+            child.wait().expect("the child is ours");
+            return None;
+        }
+        thread::sleep(Duration::from_millis(2));
+    }
+}
+
+/// Reads a pipe to its end, so that the writer never waits.
+fn reader(mut pipe: impl Read + Send + 'static) -> thread::JoinHandle<String> {
+    thread::spawn(move || {
+        let mut bytes = Vec::new();
+        pipe.read_to_end(&mut bytes).expect("a pipe can be read");
+        String::from_utf8_lossy(&bytes).into_owned()
+    })
+}

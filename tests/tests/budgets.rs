@@ -1,0 +1,79 @@
+//! What the design and the documentation promise in bytes.
+
+use certainty_core::certainty::Certainty;
+use certainty_core::fusion::{
+    BayesGrid, Cell, CertaintyGrid, Geometry, LogOdds, MedianGrid, RobustGrid, RobustRules,
+    TrimmedGrid, owner_bits, owner_bytes,
+};
+use certainty_core::health::{Confidence, Health};
+use certainty_core::sensor::SensorId;
+use certainty_firmware::smart_car::{CELLS, SENSORS, SmartCarGrid, SmartCarShape};
+use certainty_sim::replay::RecordedBeam;
+
+/// \[001\] §7: 187 bytes of cells and ⌈log₂(3 + 1)⌉ · 187 / 8 = 46.75 bytes of owners.
+#[test]
+fn the_robust_grid_of_the_smart_car_takes_234_bytes() {
+    let grid = SmartCarGrid::try_new(
+        SmartCarShape,
+        RobustRules::DEFAULT,
+        SENSORS,
+        [0; CELLS],
+        [0; 47],
+    );
+    assert_eq!(grid.unwrap().memory_bytes(), 234);
+    assert_eq!(CELLS, 17 * 11);
+}
+
+#[test]
+fn every_method_takes_the_bytes_that_its_documentation_names() {
+    let shape = SmartCarShape;
+    let bayes = BayesGrid::try_new(shape, LogOdds::MAX, [0; 187]).unwrap();
+    assert_eq!(bayes.memory_bytes(), 187, "one byte a cell");
+    let median = MedianGrid::<_, _, 3>::try_new(shape, 3, [0; 3 * 187]).unwrap();
+    assert_eq!(median.memory_bytes(), 561, "a byte a cell and sensor");
+    let trimmed = TrimmedGrid::<_, _, 3>::try_new(shape, 3, 1, LogOdds::MAX, [0; 3 * 187]).unwrap();
+    assert_eq!(trimmed.memory_bytes(), 561, "a byte a cell and sensor");
+}
+
+/// Rules, sensor count and owner width: what a robust grid has besides cells and owners.
+#[test]
+fn a_grid_of_constant_shape_is_its_cells_and_at_most_18_bytes_of_rules() {
+    assert_eq!(size_of::<SmartCarShape>(), 0);
+    assert!(
+        size_of::<SmartCarGrid>() <= 234 + 18,
+        "{}",
+        size_of::<SmartCarGrid>()
+    );
+    type Huge = RobustGrid<SmartCarShape, [u8; 10_000], [u8; 2500]>;
+    let besides = size_of::<SmartCarGrid>() - 234;
+    assert!(
+        size_of::<Huge>() - 12_500 <= besides + 1,
+        "nothing else grows"
+    );
+}
+
+#[test]
+fn types_are_as_small_as_their_documentation_says() {
+    assert_eq!(size_of::<Health>(), 28, "Memory: 28 bytes a sensor");
+    assert_eq!(size_of::<RecordedBeam>(), 24, "Memory: 24 bytes a beam");
+    assert_eq!(size_of::<Option<SensorId>>(), 1, "takes one byte");
+    assert_eq!(size_of::<Certainty>(), 1);
+    assert_eq!(size_of::<LogOdds>(), 1);
+    assert_eq!(size_of::<Confidence>(), 2, "steps of 2^-16");
+    assert_eq!(size_of::<Cell>(), 4);
+    assert_eq!(size_of::<Geometry>(), 16);
+}
+
+/// \[001\] §7 in real numbers: ⌈log₂(sensors + 1)⌉ · cells / 8.
+#[test]
+fn owners_take_the_papers_formula_for_every_number_of_sensors() {
+    for sensors in 1..=u8::MAX {
+        let bits = (f64::from(sensors) + 1.0).log2().ceil();
+        assert_eq!(f64::from(owner_bits(sensors)), bits, "{sensors} sensors");
+        for cells in (0..=300).chain([4095, 4096, 4097, 25_000_000]) {
+            let exact = f64::from(cells) * bits / 8.0;
+            let bytes = owner_bytes(cells as usize, sensors) as f64;
+            assert_eq!(bytes, exact.ceil(), "{cells} cells, {sensors} sensors");
+        }
+    }
+}

@@ -1,0 +1,103 @@
+//! The same readings give the same bits on the host and on a Cortex-M3.
+
+use certainty_firmware::rehearsal;
+use certainty_tests::program::{executable, run};
+use certainty_tests::{skipped, workspace};
+use core::time::Duration;
+use object::{Object, ObjectSymbol};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::sync::OnceLock;
+
+const TARGET: &str = "thumbv7m-none-eabi";
+
+/// The rehearsal's image as `cargo firmware` builds it; `None` where that target is not installed.
+fn image() -> Option<&'static Path> {
+    static IMAGE: OnceLock<Option<PathBuf>> = OnceLock::new();
+    let image = IMAGE.get_or_init(|| {
+        let libraries = Command::new("rustc")
+            .args(["--print", "target-libdir", "--target", TARGET])
+            .current_dir(workspace())
+            .output();
+        let folder = String::from_utf8(libraries.ok()?.stdout).ok()?;
+        let installed = Path::new(folder.trim()).is_dir();
+        installed.then(|| executable(["firmware"], "smoke").expect("the firmware can be built"))
+    });
+    if image.is_none() {
+        skipped(&format!("rustup target add {TARGET}"));
+    }
+    image.as_deref()
+}
+
+/// Symbols that only a program with a way to panic has.
+fn panicking<'a>(symbols: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
+    let of_panics = |name: &&str| name.contains("panicking") || name.contains("panic_fmt");
+    symbols.into_iter().filter(of_panics).collect()
+}
+
+#[test]
+fn the_host_and_a_cortex_m3_under_qemu_get_the_same_digest() {
+    if Command::new("qemu-system-arm")
+        .arg("--version")
+        .output()
+        .is_err()
+    {
+        skipped("there is no qemu-system-arm");
+        return;
+    }
+    let Some(image) = image() else { return };
+    let mut qemu = Command::new("qemu-system-arm");
+    qemu.args([
+        "-M",
+        "stm32vldiscovery",
+        "-nographic",
+        "-monitor",
+        "none",
+        "-serial",
+        "null",
+    ])
+    .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
+    .arg(image)
+    .stdin(Stdio::null());
+    let ran = run(qemu, Duration::from_secs(60));
+    let rehearsal::Outcome { digest, told } = rehearsal::run().unwrap();
+    let expected = format!("digest {digest:08x} of {told} cells told");
+    assert_eq!(ran.code, Some(0), "{ran:?}");
+    // QEMU's semihosting writes to stderr or stdout, depending on its version.
+    let printed = format!("{}{}", ran.stdout, ran.stderr);
+    assert!(
+        printed.lines().any(|line| line == expected),
+        "{expected}, but {printed}"
+    );
+}
+
+#[test]
+fn nothing_in_the_firmware_can_panic() {
+    let Some(image) = image() else { return };
+    let bytes = fs::read(image).unwrap();
+    let file = object::File::parse(&*bytes).unwrap();
+    let symbols: Vec<&str> = file
+        .symbols()
+        .filter_map(|symbol| symbol.name().ok())
+        .collect();
+    // A stripped image would have nothing to find.
+    assert!(
+        symbols.contains(&"Reset") && symbols.contains(&"main"),
+        "{symbols:?}"
+    );
+    assert_eq!(panicking(symbols), [""; 0]);
+}
+
+#[test]
+fn a_panic_among_the_symbols_would_be_found() {
+    let names = [
+        "main",
+        "_ZN4core9panicking5panic17h0123456789abcdefE",
+        "_RNvNtCs1_4core9panicking18panic_bounds_check",
+        "_ZN4core3fmt5write17h0123456789abcdefE",
+        "_RNvNtCs1_3std9panic_fmt",
+    ];
+    assert_eq!(panicking(names), [names[1], names[2], names[4]]);
+    assert_eq!(panicking(["main", "Reset", "DefaultHandler_"]), [""; 0]);
+}
