@@ -292,7 +292,13 @@ fn a_map_that_would_be_too_large_is_refused_with_the_figure() {
     assert_refused(&folder, &enough(1000), &["--max-cells 1000", "3 layers"]);
     // The figure is what it takes: with as many it works.
     let line = certainty(folder.path(), &enough(1000)).refusal().to_owned();
-    let figure = line.split_once('(').unwrap().1.split(' ').next().unwrap();
+    let figure = line
+        .split_once("layers, ")
+        .unwrap()
+        .1
+        .split(' ')
+        .next()
+        .unwrap();
     let figure: u32 = figure.parse().unwrap();
     assert_refused(&folder, &enough(figure - 1), &[&figure.to_string()]);
     assert_eq!(certainty(folder.path(), &enough(figure)).code, Some(0));
@@ -509,7 +515,6 @@ fn a_gzip_cut_short_gives_what_came_before_the_cut() {
 /// JSON cannot name such a path, so it must be refused before anything is written to it.
 #[cfg(target_os = "linux")]
 #[test]
-#[ignore = "defect: ends with exit code 1 after all files were written"]
 fn an_out_whose_name_json_cannot_hold_is_refused_before_anything_is_written() {
     use std::ffi::OsStr;
     use std::os::unix::ffi::OsStrExt;
@@ -529,7 +534,6 @@ fn an_out_whose_name_json_cannot_hold_is_refused_before_anything_is_written() {
 }
 
 #[test]
-#[ignore = "defect: the default fault names sensor 2 of a crew that has none"]
 fn a_single_sensor_can_be_simulated_without_naming_a_fault() {
     let folder = tempfile::tempdir().unwrap();
     let ran = certainty(folder.path(), "simulate --json --sensors A");
@@ -539,7 +543,6 @@ fn a_single_sensor_can_be_simulated_without_naming_a_fault() {
 /// A line without end is no line; where all the file is one, nothing can come of it.
 #[cfg(target_os = "linux")]
 #[test]
-#[ignore = "defect: reads on for ever when the format is named"]
 fn a_file_without_end_or_lines_is_refused_whatever_its_format_is_said_to_be() {
     let folder = tempfile::tempdir().unwrap();
     for format in ["auto", "carmen", "readings"] {

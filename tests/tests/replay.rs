@@ -235,7 +235,6 @@ fn hardly_anything_stands_where_the_robot_with_the_sonars_drove() {
 
 /// Half a cell beside the axis is inside the cone, as its documentation says.
 #[test]
-#[ignore = "defect: a cone along a border of cells frees nothing in its first metre"]
 fn a_cone_frees_what_lies_before_the_sensor_wherever_the_sensor_stands_in_its_cell() {
     for x_mm in [0, 50] {
         // Looks up, and two short echoes that make the map as large as the cone is long.
@@ -255,7 +254,6 @@ fn a_cone_frees_what_lies_before_the_sensor_wherever_the_sensor_stands_in_its_ce
 }
 
 #[test]
-#[ignore = "defect: a cone along a border of cells frees nothing in its first metre"]
 fn most_of_where_the_robot_with_the_sonars_drove_is_free() {
     let (_, map) = replay_file(&workspace().join("host-sim/data/eight-sonar.csv"), "");
     let path = sonar_path();

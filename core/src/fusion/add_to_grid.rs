@@ -37,14 +37,15 @@ pub struct RobustConfig {
 impl RobustConfig {
     /// A quarter for both comparisons: each side must, on average, be half way from *uncertain* to
     /// sure. Nothing for the contribution: whoever is on the cell's side owns it. A contradiction
-    /// weighs 12 confirmations, because each beam frees many cells and hits one: sound sensors of
-    /// \[001\] Table 1 gather 9 to 21 confirmations a contradiction, a random one 5 to 6.
+    /// weighs 7 confirmations, because each beam frees many cells and hits one: sound sensors of
+    /// \[001\] Table 1 gather 9 to 22 confirmations a contradiction, 8 beside a random one, which
+    /// gathers 4 to 7.
     pub const DEFAULT: Self = Self {
         confirmation: I2F14::from_bits(1 << 12),
         contradiction: I2F14::from_bits(-(1 << 12)),
         contribution: I2F14::from_bits(0),
         raise: U0F16::from_bits(1 << 7),
-        lower: U0F16::from_bits(12 << 7),
+        lower: U0F16::from_bits(7 << 7),
         start: Confidence::FULL,
         floor: Confidence::from_bits(1 << 10),
         ceiling: Confidence::FULL,

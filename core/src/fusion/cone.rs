@@ -8,7 +8,8 @@ use core::num::Wrapping;
 
 /// Tells `listener` what the reading says about each cell of the cone.
 ///
-/// A cell belongs to the cone if its centre is at most half a cell outside. What it is told fades with
+/// A cell is where its nearest half is: half a cell closer to the axis than its centre, so that a cone
+/// narrower than a cell still has an axis. What it is told fades with
 /// the square of its angle from the axis, from all at the axis to *uncertain* at the edge: the shape
 /// that Elfes gave sonar. *Free* has a narrower edge than *occupied*, so that neighbouring cones do
 /// not erase each other's obstacles.
@@ -112,7 +113,7 @@ impl Cone {
         }
     }
 
-    /// Where `center` lies in the cone, or `None` if more than half a cell outside it.
+    /// Where the cell with this `center` lies in the cone, or `None` if outside.
     fn place(&self, center: Point) -> Option<Place> {
         let part = |mm: i32, origin: i32| Wrapping(i64::from(mm).wrapping_sub(i64::from(origin)));
         let x = part(center.x_mm(), self.origin.x_mm());
@@ -128,14 +129,14 @@ impl Cone {
         if along.0 < 0 {
             return None;
         }
-        // tan(off axis) ≤ tan(half width), both sides times both cosines, half a cell to spare.
+        // The cell's nearest half counts: tan(off axis) ≤ tan(half width), times both cosines.
         let (edge_cos, edge_sin) = (
             Wrapping(i64::from(self.edge.cos())),
             Wrapping(i64::from(self.edge.sin())),
         );
-        let limit = along * edge_sin;
-        let reached = across * edge_cos;
-        if reached > limit + Wrapping(self.half_cell) * edge_cos {
+        let nearest = Wrapping(across.0.saturating_sub(self.half_cell).max(0));
+        let (reached, limit) = (nearest * edge_cos, along * edge_sin);
+        if reached > limit {
             return None;
         }
         let unit = (limit.0 >> 8).max(1);
@@ -220,17 +221,17 @@ mod tests {
 
     #[test]
     fn a_cone_frees_its_middle_and_marks_an_arc() {
-        // The arc holds what lies 950 to 1050 mm away: (0, 1050), and of the row at 950 the middle
-        // five, the outer two 0.79 of the way to the edge. At 850 the clear part, 7.5° wide, just
-        // reaches the neighbours of the axis.
+        // The arc holds what lies 950 to 1050 mm away: (0, 1050), and of the row at 950 what is at most
+        // 300 to the side, 250 there being 0.98 of the way to the edge. The clear part, 7.5° wide,
+        // reaches the neighbours of the axis, 50 to the side, from 380 mm on.
         let drawn = draw_beam(&yard(), &up(0, Reading::Echo(mm(1000))), &sonar());
         let mut expected = vec!["          .          "; 12];
-        expected[..4].copy_from_slice(&[
+        expected[..3].copy_from_slice(&[
             "                     ",
             "          #          ",
-            "        +###+        ",
-            "         ,.,         ",
+            "       ++###++       ",
         ]);
+        expected[3..8].fill("         ,.,         ");
         assert_eq!(drawn, expected);
     }
 

@@ -3,7 +3,7 @@
 use super::Failure;
 use serde::Serialize;
 use std::io::{ErrorKind, IsTerminal, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Writes a result to stdout.
 ///
@@ -27,7 +27,17 @@ pub(super) fn print_json(document: &impl Serialize) -> Result<(), Failure> {
     print(&(text + "\n"))
 }
 
-/// Paths as a report lists them; what is no text in them is replaced.
+/// Refuses a folder whose name a JSON document could not hold.
+pub(super) fn check_listable(json: bool, out: &Path) -> Result<(), Failure> {
+    if json && out.to_str().is_none() {
+        let line =
+            "--out: the folder's name is not text, and --json must list files in it; name another";
+        return Err(Failure::Input(line.into()));
+    }
+    Ok(())
+}
+
+/// Paths as a report lists them.
 pub(super) fn listed(files: &[PathBuf]) -> Vec<String> {
     let text = |file: &PathBuf| file.to_string_lossy().into_owned();
     files.iter().map(text).collect()

@@ -24,7 +24,7 @@ pub(super) enum Mark {
 impl Mark {
     /// What the legend says.
     pub(super) const LEGEND: &str =
-        "# occupied  . free  ? uncertain  X ghost: occupied here, free in truth  o obstacle missed";
+        "# occupied   . free   ? uncertain   X ghost, free in truth   o obstacle missed";
 
     /// What a map's cell says, given the truth.
     pub(super) fn of(shown: Certainty, truth: Truth) -> Self {

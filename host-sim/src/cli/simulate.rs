@@ -32,11 +32,11 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "ABC|3..7", default_value_t)]
     sensors: Crew,
     /// What is wrong with a sensor, such as stuck-near:1=250mm@3s..8s, or none; repeatable
-    /// [default: stuck-far:2]
+    /// [default: stuck-far:2, if there are three sensors]
     #[arg(long = "fault", value_name = "SPEC|none")]
     faults: Vec<FaultArgument>,
     /// How many readings, of all sensors together [default: four sweeps of every head]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     readings: Option<u32>,
     /// The method, or all of them
     #[arg(long, value_name = "all|NAME", default_value = "all")]
@@ -93,7 +93,7 @@ impl FromStr for FusionArgument {
 
 impl Arguments {
     fn faults(&self) -> Vec<FaultSpec> {
-        if self.faults.is_empty() {
+        if self.faults.is_empty() && self.sensors.count() >= 3 {
             return "stuck-far:2".parse().into_iter().collect();
         }
         let wanted = self.faults.iter().filter_map(|fault| match fault {
@@ -125,9 +125,10 @@ impl Arguments {
 
 /// Runs the simulation and reports.
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    output::check_listable(arguments.json, &arguments.out)?;
     let setup = arguments.setup()?;
-    let out = OutDir::create(&arguments.out).map_err(|error| Failure::input(&error))?;
     let run = setup.run().map_err(|error| Failure::input(&error))?;
+    let out = OutDir::create(&arguments.out).map_err(|error| Failure::input(&error))?;
     let files = draw(&run, &out)?;
     if arguments.json {
         output::print_json(&Report::new(&run, &files))
@@ -277,7 +278,7 @@ fn told(run: &Run, out: &Path) -> String {
         faults.join(", ")
     };
     let mut text = format!(
-        "world: {}   sensors: {}   fault: {faults}   readings: {}   seed: {}\n\n",
+        "world: {}   sensors: {}   readings: {}   seed: {}\nfault: {faults}\n\n",
         setup.world.name(),
         setup.crew,
         setup.readings,

@@ -11,7 +11,12 @@ pub(super) struct Lines<R> {
     inner: R,
     buffer: Vec<u8>,
     number: u64,
+    /// Bytes since the last line that was of use.
+    barren: u64,
 }
+
+/// So many bytes without a line of use, and the source is given up: it may have no end.
+const LONGEST_WASTE: u64 = 256 << 20;
 
 impl<R: BufRead> Lines<R> {
     pub(super) const fn new(inner: R) -> Self {
@@ -19,7 +24,13 @@ impl<R: BufRead> Lines<R> {
             inner,
             buffer: Vec::new(),
             number: 0,
+            barren: 0,
         }
+    }
+
+    /// Says that the last line was of use.
+    pub(super) const fn was_of_use(&mut self) {
+        self.barren = 0;
     }
 
     /// The number of the line that [`Self::next`] gave or failed in, from 1.
@@ -64,6 +75,12 @@ impl<R: BufRead> Lines<R> {
                 self.buffer.extend_from_slice(part);
             }
             let taken = part.len() + usize::from(end.is_some());
+            self.barren += taken as u64;
+            if self.barren > LONGEST_WASTE {
+                let mebibytes = LONGEST_WASTE >> 20;
+                let message = format!("{mebibytes} MiB and no beam in them");
+                return Err(io::Error::new(io::ErrorKind::InvalidData, message));
+            }
             self.inner.consume(taken);
             if end.is_some() {
                 break;

@@ -179,7 +179,10 @@ fn read_text<R: Read>(
             Err(error) => return Err(failed(path, lines.number(), error)),
         };
         match taken {
-            Ok(Taken::Beams { backward }) => recording.backward_steps += u64::from(backward),
+            Ok(Taken::Beams { backward }) => {
+                recording.backward_steps += u64::from(backward);
+                lines.was_of_use();
+            }
             Ok(Taken::Other) => recording.other_messages += 1,
             Ok(Taken::Nothing) => {}
             Err(reason) => recording.skipped.add(lines.number(), reason),

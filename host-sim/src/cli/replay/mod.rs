@@ -71,6 +71,14 @@ enum FormatArgument {
     Readings,
 }
 
+/// A replay that can begin.
+struct Replay {
+    recording: Recording,
+    model: BeamModel,
+    sensors: Vec<Faulty<Recorded>>,
+    mapper: HostMapper,
+}
+
 /// A finished replay.
 struct Replayed {
     mapper: HostMapper,
@@ -86,9 +94,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
             "--max-range: write a length above 0, such as 8m".into(),
         ));
     }
-    let out = OutDir::create(&arguments.out).map_err(|error| Failure::input(&error))?;
+    output::check_listable(arguments.json, &arguments.out)?;
     let recording = arguments.load()?;
-    let replayed = arguments.replay(recording)?;
+    let replay = arguments.prepare(recording)?;
+    // Before the long part, but after all that can be refused: a refusal leaves no folder.
+    let out = OutDir::create(&arguments.out).map_err(|error| Failure::input(&error))?;
+    let replayed = replay.run(arguments)?;
     let files = draw(&replayed.mapper, &out)?;
     if arguments.json {
         output::print_json(&Report::new(&replayed, &files))
@@ -118,45 +129,21 @@ impl Arguments {
         loaded.map_err(|error| Failure::input(&error))
     }
 
-    fn replay(&self, recording: Recording) -> Result<Replayed, Failure> {
+    /// Everything that is needed for the replay, or why it cannot be done.
+    fn prepare(&self, recording: Recording) -> Result<Replay, Failure> {
         let geometry = self.geometry(&recording)?;
         let model = self.model(recording.beam_width)?;
         let names = vec![""; recording.sensors.into()];
         let faults = assign(&self.faults, &names).map_err(|error| Failure::input(&error))?;
-        let mut sensors: Vec<_> = (0..)
-            .map_while(SensorId::from_slot)
-            .zip(faults)
-            .map(|(id, faults)| Faulty::new(Recorded::new(self.max_range), id, faults, self.seed))
-            .collect();
-        let mut mapper =
-            HostMapper::new(self.fusion, Own::Accumulated, geometry, recording.sensors);
-
-        let bar = progress::bar("mapping", recording.beams.len() as u64);
-        let mut cells_updated = 0;
-        let mut insertion = Duration::ZERO;
-        // Readings are made ready in batches, so that what is timed is insertion alone.
-        let mut ready = Vec::new();
-        for beams in recording.beams.chunks(10_000) {
-            ready.clear();
-            for beam in beams {
-                report(&mut sensors[beam.sensor.slot()], beam, &mut ready);
-            }
-            let start = Instant::now();
-            for beam in &ready {
-                let told = mapper.integrate(beam.sensor, &Beam::from(beam), &model, beam.at);
-                cells_updated += u64::from(told.map_err(|error| {
-                    Failure::Internal(format!("{}: {error}", self.file.display()))
-                })?);
-            }
-            insertion += start.elapsed();
-            bar.inc(beams.len() as u64);
-        }
-        bar.finish_and_clear();
-        Ok(Replayed {
-            mapper,
+        let recorded = || Recorded::new(self.max_range);
+        let sensors = (0..).map_while(SensorId::from_slot).zip(faults);
+        Ok(Replay {
+            mapper: HostMapper::new(self.fusion, Own::Accumulated, geometry, recording.sensors),
+            sensors: sensors
+                .map(|(id, faults)| Faulty::new(recorded(), id, faults, self.seed))
+                .collect(),
+            model,
             recording,
-            cells_updated,
-            insertion,
         })
     }
 
@@ -181,11 +168,10 @@ impl Arguments {
         let cells = cells.saturating_mul(layers);
         let too_large = || {
             Failure::Input(format!(
-                "{}: the map would need {columns} x {rows} cells of {}, {cells} in {layers} \
-                 layers for {}, more than --max-cells {}; choose a larger --cell or --max-cells",
+                "{}: the map would need {columns} x {rows} cells of {} in {layers} layers, {cells} \
+                 cells, more than --max-cells {}; choose a larger --cell or --max-cells",
                 self.file.display(),
                 self.cell,
-                self.fusion,
                 self.max_cells
             ))
         };
@@ -220,6 +206,44 @@ impl Arguments {
             ..config
         })
         .map_err(|error| Failure::Input(format!("--beam-width or --max-range: {error}")))
+    }
+}
+
+impl Replay {
+    fn run(self, arguments: &Arguments) -> Result<Replayed, Failure> {
+        let Self {
+            recording,
+            model,
+            mut sensors,
+            mut mapper,
+        } = self;
+        let bar = progress::bar("mapping", recording.beams.len() as u64);
+        let mut cells_updated = 0;
+        let mut insertion = Duration::ZERO;
+        // Readings are made ready in batches, so that what is timed is insertion alone.
+        let mut ready = Vec::new();
+        for beams in recording.beams.chunks(10_000) {
+            ready.clear();
+            for beam in beams {
+                report(&mut sensors[beam.sensor.slot()], beam, &mut ready);
+            }
+            let start = Instant::now();
+            for beam in &ready {
+                let told = mapper.integrate(beam.sensor, &Beam::from(beam), &model, beam.at);
+                cells_updated += u64::from(told.map_err(|error| {
+                    Failure::Internal(format!("{}: {error}", arguments.file.display()))
+                })?);
+            }
+            insertion += start.elapsed();
+            bar.inc(beams.len() as u64);
+        }
+        bar.finish_and_clear();
+        Ok(Replayed {
+            mapper,
+            recording,
+            cells_updated,
+            insertion,
+        })
     }
 }
 
