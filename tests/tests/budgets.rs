@@ -54,7 +54,7 @@ fn a_grid_of_constant_shape_is_its_cells_and_at_most_18_bytes_of_rules() {
 
 #[test]
 fn types_are_as_small_as_their_documentation_says() {
-    assert_eq!(size_of::<Health>(), 28, "Memory: 28 bytes a sensor");
+    assert_eq!(size_of::<Health>(), 32, "Memory: 32 bytes a sensor");
     assert_eq!(size_of::<RecordedBeam>(), 24, "Memory: 24 bytes a beam");
     assert_eq!(size_of::<Option<SensorId>>(), 1, "takes one byte");
     assert_eq!(size_of::<Certainty>(), 1);

@@ -8,11 +8,11 @@ use core::num::Wrapping;
 
 /// Tells `listener` what the reading says about each cell of the cone.
 ///
-/// A cell is where its nearest half is: half a cell closer to the axis than its centre, so that a cone
-/// narrower than a cell still has an axis. What it is told fades with
-/// the square of its angle from the axis, from all at the axis to *uncertain* at the edge: the shape
-/// that Elfes gave sonar. *Free* has a narrower edge than *occupied*, so that neighbouring cones do
-/// not erase each other's obstacles.
+/// What it is told fades with the square of its angle from the axis, from all at the axis to *uncertain*
+/// at the edge: the shape that Elfes gave sonar. The arc of an echo reaches every cell that is at most
+/// half outside; freed are only cells whose centre is inside, and those that the axis itself crosses,
+/// for near the apex the cone is narrower than a cell. *Free* has a narrower edge than *occupied*
+/// besides, so that neighbouring cones do not erase each other's obstacles.
 pub(super) fn interpret(
     beam: &Beam,
     echo: Option<Millimeters>,
@@ -22,8 +22,8 @@ pub(super) fn interpret(
 ) {
     let mut tell = |cell, certainty| listener.hear(certainty, core::iter::once(cell));
     let config = &model.config;
-    let cone = Cone::new(beam, geometry, config.half_width);
-    let clear = Cone::new(beam, geometry, config.half_clear);
+    let cone = Cone::new(beam, geometry, config.half_width, Belongs::ByItsHalf);
+    let clear = Cone::new(beam, geometry, config.half_clear, Belongs::ByItsCenter);
     let half_cell = i64::from(geometry.cell_size().get()) / 2;
 
     // The arc of the echo: between `near` and `far`.
@@ -33,9 +33,10 @@ pub(super) fn interpret(
             let half_arc = half_cell.max(model.spread(distance).get().into());
             let at = i64::from(distance.get());
             let far = at.saturating_add(half_arc);
+            let arc_end = Millimeters::new(u32::try_from(far).unwrap_or(u32::MAX));
             let reach = match config.behind {
-                Behind::Untouched => Millimeters::new(u32::try_from(far).unwrap_or(u32::MAX)),
-                Behind::Uncertain => config.farthest,
+                Behind::Untouched => arc_end,
+                Behind::Uncertain => arc_end.max(config.farthest),
             };
             (at.saturating_sub(half_arc), far, reach)
         }
@@ -45,9 +46,17 @@ pub(super) fn interpret(
         return;
     };
     let reach = i64::from(reach.get());
+    let hit = echo.and_then(|distance| {
+        geometry.cell_at((beam.origin).ahead(beam.bearing.direction(), distance))
+    });
     for row in rows {
         for column in columns.clone() {
             let cell = geometry.cell_inside(column, row);
+            if Some(cell) == hit {
+                // However narrow the cone, and however far the cell's centre is from its axis.
+                tell(cell, config.occupied);
+                continue;
+            }
             let center = geometry.center(cell);
             let Some(place) = cone.place(center) else {
                 continue;
@@ -92,6 +101,16 @@ struct Cone {
     edge: Direction,
     half_width: BinaryAngle,
     half_cell: i64,
+    belongs: Belongs,
+}
+
+/// When a cell belongs to a cone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Belongs {
+    /// When half of it does.
+    ByItsHalf,
+    /// When its centre does, or the axis crosses it.
+    ByItsCenter,
 }
 
 /// Where a cell's centre lies in a cone.
@@ -103,13 +122,14 @@ struct Place {
 }
 
 impl Cone {
-    fn new(beam: &Beam, geometry: &Geometry, half_width: BinaryAngle) -> Self {
+    fn new(beam: &Beam, geometry: &Geometry, half_width: BinaryAngle, belongs: Belongs) -> Self {
         Self {
             origin: beam.origin,
             axis: beam.bearing.direction(),
             edge: half_width.direction(),
             half_width,
             half_cell: i64::from(geometry.cell_size().get()) / 2,
+            belongs,
         }
     }
 
@@ -125,17 +145,22 @@ impl Cone {
         // At most 2^30 mm times 2^30, twice: 61 bits.
         const FRACTION: usize = Direction::FRACTION_BITS as usize;
         let along = (x * cos + y * sin) >> FRACTION;
-        let across = Wrapping(((y * cos - x * sin) >> FRACTION).0.saturating_abs());
+        // The magnitude first: a mirrored cell is as far from the axis.
+        let across = Wrapping((y * cos - x * sin).0.saturating_abs()) >> FRACTION;
         if along.0 < 0 {
             return None;
         }
-        // The cell's nearest half counts: tan(off axis) ≤ tan(half width), times both cosines.
+        let off = match self.belongs {
+            _ if across.0 <= self.half_cell => 0, // the axis crosses it
+            Belongs::ByItsHalf => across.0.saturating_sub(self.half_cell),
+            Belongs::ByItsCenter => across.0,
+        };
+        // tan(off axis) ≤ tan(half width), both sides times both cosines.
         let (edge_cos, edge_sin) = (
             Wrapping(i64::from(self.edge.cos())),
             Wrapping(i64::from(self.edge.sin())),
         );
-        let nearest = Wrapping(across.0.saturating_sub(self.half_cell).max(0));
-        let (reached, limit) = (nearest * edge_cos, along * edge_sin);
+        let (reached, limit) = (Wrapping(off) * edge_cos, along * edge_sin);
         if reached > limit {
             return None;
         }
@@ -222,38 +247,75 @@ mod tests {
     #[test]
     fn a_cone_frees_its_middle_and_marks_an_arc() {
         // The arc holds what lies 950 to 1050 mm away: (0, 1050), and of the row at 950 what is at most
-        // 300 to the side, 250 there being 0.98 of the way to the edge. The clear part, 7.5° wide,
-        // reaches the neighbours of the axis, 50 to the side, from 380 mm on.
+        // 300 to the side, whose near half is 0.98 of the way to the edge. The clear part, 7.5° wide,
+        // reaches the centres beside the axis, 100 to the side, from 760 mm on.
         let drawn = draw_beam(&yard(), &up(0, Reading::Echo(mm(1000))), &sonar());
         let mut expected = vec!["          .          "; 12];
-        expected[..3].copy_from_slice(&[
+        expected[..4].copy_from_slice(&[
             "                     ",
             "          #          ",
             "       ++###++       ",
+            "         ,.,         ",
         ]);
-        expected[3..8].fill("         ,.,         ");
         assert_eq!(drawn, expected);
+    }
+
+    #[test]
+    fn a_cone_and_its_mirror_image_tell_mirrored_cells() {
+        // Cells of an odd size have a middle millimetre; x mirrors to −1 − x.
+        let corner = Point::from_mm(-51 * 8, -51 * 8);
+        let geometry = Geometry::try_new(16, 16, mm(51), corner).unwrap();
+        for bearing in (0..=u16::MAX).step_by(97) {
+            let beam = Beam {
+                origin: Point::from_mm(20, -33),
+                bearing: BinaryAngle::from_bits(bearing),
+                reading: Reading::Echo(mm(300)),
+            };
+            let mirrored = Beam {
+                origin: Point::from_mm(-1 - 20, -33),
+                bearing: BinaryAngle::HALF.wrapping_sub(beam.bearing),
+                ..beam
+            };
+            let drawn = draw_beam(&geometry, &mirrored, &sonar());
+            let flipped: Vec<String> = drawn
+                .iter()
+                .map(|row| row.chars().rev().collect())
+                .collect();
+            assert_eq!(
+                draw_beam(&geometry, &beam, &sonar()),
+                flipped,
+                "bearing {bearing}"
+            );
+        }
     }
 
     /// PEERS: neighbouring cones erased each other's obstacles (navigation layers).
     #[test]
     fn neighbouring_cones_do_not_erase_each_others_obstacles() {
         // Two sonars 15° apart on one ring; the first sees a post at 700 mm on its axis, which is at
-        // the edge of the second's cone, and the second, a hundred times, nothing.
-        let seen = up(-7, Reading::Echo(mm(700)));
-        let unseen = up(8, Reading::NoObject);
-        let post = yard().cell_at(seen.origin.ahead(seen.bearing.direction(), mm(700)));
-        let post = post.unwrap();
-        let bayes = BayesGrid::try_new(yard(), STRONGEST_MEASUREMENT, [0; 252]).unwrap();
-        let robust = RobustGrid::try_new(yard(), RobustRules::DEFAULT, 2, [0; 252], [0; 63]);
-        let median = MedianGrid::<_, _, 2>::try_new(yard(), 2, [0; 504]).unwrap();
-        let outcomes = [
-            erased(bayes, &seen, &unseen, post),
-            erased(robust.unwrap(), &seen, &unseen, post),
-            erased(median, &seen, &unseen, post),
-        ];
-        for (grid, certainty) in ["bayes", "robust", "median"].iter().zip(outcomes) {
-            assert!(certainty.to_bits() > 200, "{grid}: {certainty}");
+        // the edge of the second's cone, and the second, a hundred times, nothing. Wherever the
+        // borders of the cells lie.
+        for shift in (0..100).step_by(7) {
+            let corner = Point::from_mm(-1050 + shift, shift - 100);
+            let yard = Geometry::try_new(21, 12, mm(100), corner).unwrap();
+            let seen = up(-7, Reading::Echo(mm(700)));
+            let unseen = up(8, Reading::NoObject);
+            let post = yard.cell_at(seen.origin.ahead(seen.bearing.direction(), mm(700)));
+            let post = post.unwrap();
+            let bayes = BayesGrid::try_new(yard, STRONGEST_MEASUREMENT, [0; 252]).unwrap();
+            let robust = RobustGrid::try_new(yard, RobustRules::DEFAULT, 2, [0; 252], [0; 63]);
+            let median = MedianGrid::<_, _, 2>::try_new(yard, 2, [0; 504]).unwrap();
+            let outcomes = [
+                erased(bayes, &seen, &unseen, post),
+                erased(robust.unwrap(), &seen, &unseen, post),
+                erased(median, &seen, &unseen, post),
+            ];
+            for (grid, certainty) in ["bayes", "robust", "median"].iter().zip(outcomes) {
+                assert!(
+                    certainty.to_bits() > 200,
+                    "{grid}, shift {shift}: {certainty}"
+                );
+            }
         }
     }
 

@@ -33,8 +33,8 @@ impl Cell {
 
 /// A grid's width, height, cell size and place: its shape, without its contents.
 ///
-/// Possession proves that there is at least one cell and that the whole grid spans at most
-/// [`Geometry::MAX_SPAN`], so that no coordinate inside it overflows.
+/// Possession proves that there is at least one cell, that a side is at most [`Geometry::MAX_SPAN`],
+/// and that the whole grid lies within [`Point::LIMIT`], so that no coordinate inside it saturates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Geometry {
@@ -52,6 +52,8 @@ pub enum GeometryError {
     Empty,
     /// A side is longer than [`Geometry::MAX_SPAN`].
     TooLarge,
+    /// The grid reaches beyond [`Point::LIMIT`].
+    TooFar,
 }
 
 impl fmt::Display for GeometryError {
@@ -59,6 +61,7 @@ impl fmt::Display for GeometryError {
         f.write_str(match self {
             Self::Empty => "a grid needs a column, a row and a cell size above zero",
             Self::TooLarge => "a grid's side may be 268 km at most",
+            Self::TooFar => "a grid may reach 268 km from the origin at most",
         })
     }
 }
@@ -102,14 +105,25 @@ impl Geometry {
         }
         let longest = if columns > rows { columns } else { rows };
         match cell.get().checked_mul(longest as u32) {
-            Some(span) if span <= Self::MAX_SPAN => Ok(Self {
-                columns,
-                rows,
-                cell: cell.get(),
-                corner,
-            }),
-            _ => Err(GeometryError::TooLarge),
+            Some(span) if span <= Self::MAX_SPAN => {}
+            _ => return Err(GeometryError::TooLarge),
         }
+        // Neither product overflows: both sides are within the span.
+        let right = corner
+            .x_mm()
+            .saturating_add_unsigned(cell.get().wrapping_mul(columns as u32));
+        let upper = corner
+            .y_mm()
+            .saturating_add_unsigned(cell.get().wrapping_mul(rows as u32));
+        if right > Point::LIMIT || upper > Point::LIMIT {
+            return Err(GeometryError::TooFar);
+        }
+        Ok(Self {
+            columns,
+            rows,
+            cell: cell.get(),
+            corner,
+        })
     }
 
     /// Returns the number of columns.
@@ -333,5 +347,8 @@ mod tests {
         );
         assert_eq!(at(u16::MAX, 1, u32::MAX), Err(GeometryError::TooLarge));
         assert!(at(u16::MAX, u16::MAX, 4096).is_ok());
+        let corner = Point::from_mm(Point::LIMIT - 999, 0);
+        let outside = Geometry::try_new(10, 1, Millimeters::new(100), corner);
+        assert_eq!(outside, Err(GeometryError::TooFar));
     }
 }

@@ -22,10 +22,10 @@ pub struct Measurement {
 ///
 /// | grid | survives | needs a cell | depends on order |
 /// |---|---|---|---|
-/// | [`BayesGrid`](super::BayesGrid) | single wrong readings | 1 byte | no |
+/// | [`BayesGrid`](super::BayesGrid) | single wrong readings | 1 byte | once a cell saturates |
 /// | [`RobustGrid`](super::RobustGrid) | a wrong sensor, attenuated; learns which | 1 byte and an owner | yes |
-/// | [`TrimmedGrid`](super::TrimmedGrid) | t wrong sensors, where 2t + 1 see the cell | 1 byte a sensor | no |
-/// | [`MedianGrid`](super::MedianGrid) | any minority of wrong sensors | 1 byte a sensor | no |
+/// | [`TrimmedGrid`](super::TrimmedGrid) | t wrong sensors, where 2t + 1 see the cell | 1 byte a sensor | not between sensors |
+/// | [`MedianGrid`](super::MedianGrid) | any minority of wrong sensors | 1 byte a sensor | not between sensors |
 pub trait CertaintyGrid {
     /// Returns where the grid lies and how it is divided.
     fn geometry(&self) -> Geometry;
@@ -33,11 +33,12 @@ pub trait CertaintyGrid {
     /// Adds what one sensor says about one cell.
     ///
     /// `sensors` holds every sensor's health in the order of their numbers; a grid that compares
-    /// sensors reads confidences there and writes what it found. A sensor that the grid has no room
-    /// for, or that `sensors` does not list, is not added.
+    /// sensors ([`RobustGrid`](super::RobustGrid)) reads confidences there and writes what it found, and
+    /// does not add a sensor that is not listed. The others do not look at it. No grid adds a sensor
+    /// that it has no room for.
     fn add(&mut self, cell: Cell, measurement: Measurement, sensors: &mut [Health]);
 
-    /// Adds the same word of one sensor about each of `cells`, in their order.
+    /// Adds the same word of one sensor about each of `cells`, in their order, to the last.
     #[inline]
     fn add_all(
         &mut self,

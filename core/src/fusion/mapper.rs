@@ -113,11 +113,7 @@ impl<G: CertaintyGrid, H: AsRef<[Health]> + AsMut<[Health]>> Mapper<G, H> {
         model: &BeamModel,
         now: Ticks,
     ) -> Result<u32, UnknownSensor> {
-        let Self {
-            grid,
-            health,
-            rules,
-        } = self;
+        let Self { grid, health, .. } = self;
         let health = health.as_mut();
         health
             .get_mut(sensor.slot())
@@ -132,10 +128,18 @@ impl<G: CertaintyGrid, H: AsRef<[Health]> + AsMut<[Health]>> Mapper<G, H> {
         };
         beam.interpret(&geometry, model, &mut pen);
         let told = pen.told;
-        for each in health {
-            each.settle(rules, now);
-        }
+        self.settle(now);
         Ok(told)
+    }
+
+    /// Draws the conclusion about every sensor at `now`, without a reading.
+    ///
+    /// [`Self::integrate`] does it with every reading. A robot calls this once a round as well: when
+    /// all its sensors fall silent there is no reading any more that would say so.
+    pub fn settle(&mut self, now: Ticks) {
+        for each in self.health.as_mut() {
+            each.settle(&self.rules, now);
+        }
     }
 
     /// Returns what the control level sees.

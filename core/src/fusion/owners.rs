@@ -54,6 +54,19 @@ impl Field {
     }
 }
 
+/// An index into storage; one that a machine of 32 bits cannot have is outside all storage.
+#[inline]
+const fn narrow(index: u64) -> usize {
+    if index > usize::MAX as u64 {
+        usize::MAX
+    } else {
+        #[expect(clippy::cast_possible_truncation, reason = "it was compared")]
+        {
+            index as usize
+        }
+    }
+}
+
 impl<O: AsRef<[u8]> + AsMut<[u8]>> Owners<O> {
     /// Creates owners in `packed`, zeros of [`owner_bytes`] length.
     pub(super) const fn new(sensors: u8, packed: O) -> Self {
@@ -66,12 +79,11 @@ impl<O: AsRef<[u8]> + AsMut<[u8]>> Owners<O> {
     /// Where the owner of `cell` is.
     #[inline]
     pub(super) const fn field(&self, cell: Cell) -> Field {
-        // The bits before this owner's. A grid of 2^29 cells, where 32 bits would overflow, does not
-        // fit a machine of 32 bits.
-        let position = cell.index().wrapping_mul(self.bits as usize);
+        // The bits before this owner's: at most 2^32 cells of 8.
+        let position = (cell.number() as u64).wrapping_mul(self.bits as u64);
         let [low, ..] = position.to_le_bytes();
         Field {
-            byte: position / 8,
+            byte: narrow(position / 8),
             shift: (low % 8) as u32,
             mask: (1_u16 << (self.bits & 15)).wrapping_sub(1),
         }

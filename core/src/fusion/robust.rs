@@ -105,28 +105,28 @@ where
     #[inline(always)]
     fn add_to_grid(&mut self, cell: Cell, measurement: Measurement, sensors: &mut [Health]) {
         let Measurement { sensor, certainty } = measurement;
-        let Some(stored) = self.cells.as_mut().get_mut(cell.index()) else {
+        let confidence = |id: SensorId| sensors.get(id.slot()).map(Health::confidence);
+        let (Some(stored), Some(sensor_conf)) = (
+            self.cells.as_mut().get_mut(cell.index()),
+            confidence(sensor),
+        ) else {
             return;
         };
 
         // if (cell.owner = unknown) or (cell.owner = sensor)
         let field = self.owners.field(cell);
-        let owner = match self.owners.get(field) {
-            Some(owner) if owner != sensor => owner,
+        let (owner, owner_conf) = match self.owners.get(field) {
+            Some(owner) if owner != sensor => match confidence(owner) {
+                Some(confidence) => (owner, confidence),
+                None => return,
+            },
             known => {
                 *stored = certainty.deviation().cast_unsigned();
-                if known.is_none() {
+                if known != Some(sensor) {
                     self.owners.set(field, Some(sensor));
                 }
                 return;
             }
-        };
-        // An owner is a sensor that was added before, so both are listed.
-        let (Some(owner_conf), Some(sensor_conf)) = (
-            sensors.get(owner.slot()).map(Health::confidence),
-            sensors.get(sensor.slot()).map(Health::confidence),
-        ) else {
-            return;
         };
 
         // comparison, weights and the new cell.occ; the confidences are still the old ones here.
@@ -358,6 +358,15 @@ mod tests {
             None => '-',
         });
         assert_eq!(drawn, ["-1--", "133-"]);
+    }
+
+    #[test]
+    fn a_sensor_that_is_not_listed_is_not_added() {
+        let mut grid = grid(1, 1, 3);
+        let cell = grid.geometry().cell(0, 0).unwrap();
+        grid.add(cell, says(2, 255), &mut [Health::default(); 1]);
+        assert_eq!(grid.certainty(cell), Certainty::UNCERTAIN);
+        assert_eq!(grid.owner(cell), None);
     }
 
     #[test]

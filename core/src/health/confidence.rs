@@ -47,22 +47,28 @@ impl Confidence {
         U0F16::from_bits(self.0)
     }
 
-    /// Returns the confidence `step` higher, `ceiling` at most; `inc` of \[001\] Fig. 3.
+    /// Returns the confidence `step` higher, but no higher than `ceiling`, or unchanged if it is
+    /// beyond; `inc` of \[001\] Fig. 3.
     #[must_use]
     pub const fn raised(self, step: U0F16, ceiling: Self) -> Self {
         let raised = self.0.saturating_add(step.to_bits());
-        if raised > ceiling.0 {
+        if self.0 > ceiling.0 {
+            self
+        } else if raised > ceiling.0 {
             ceiling
         } else {
             Self(raised)
         }
     }
 
-    /// Returns the confidence `step` lower, `floor` at least; `dec` of \[001\] Fig. 3.
+    /// Returns the confidence `step` lower, but no lower than `floor`, or unchanged if it is below;
+    /// `dec` of \[001\] Fig. 3.
     #[must_use]
     pub const fn lowered(self, step: U0F16, floor: Self) -> Self {
         let lowered = self.0.saturating_sub(step.to_bits());
-        if lowered < floor.0 {
+        if self.0 < floor.0 {
+            self
+        } else if lowered < floor.0 {
             floor
         } else {
             Self(lowered)

@@ -10,7 +10,7 @@ use fixed::types::U0F16;
 /// The grid raises and lowers the confidence and counts what it compared; the fusion level records
 /// which readings came and which were missing; [`Health::settle`] draws the conclusion.
 ///
-/// Memory: 28 bytes a sensor.
+/// Memory: 32 bytes a sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Health {
@@ -22,6 +22,7 @@ pub struct Health {
     silent_since: Ticks,
     confidence: Confidence,
     missing_in_a_row: u16,
+    heard_in_a_row: u16,
     watched: bool,
     stale: bool,
     status: Status,
@@ -40,6 +41,7 @@ impl Health {
             silent_since: Ticks::new(0),
             confidence,
             missing_in_a_row: 0,
+            heard_in_a_row: 0,
             watched: false,
             stale: false,
             status: Status::Healthy,
@@ -82,6 +84,12 @@ impl Health {
         self.missing_in_a_row
     }
 
+    /// Returns how many readings have come since the last that was missing.
+    #[must_use]
+    pub const fn heard_in_a_row(&self) -> u16 {
+        self.heard_in_a_row
+    }
+
     /// Returns since when the sensor has been silent: its last reading, or, before the first, when it
     /// was first watched.
     #[must_use]
@@ -106,9 +114,17 @@ impl Health {
         if matches!(reading, Reading::Missing(_)) {
             self.missing = self.missing.saturating_add(1);
             self.missing_in_a_row = self.missing_in_a_row.saturating_add(1);
+            self.heard_in_a_row = 0;
         } else {
             self.readings = self.readings.saturating_add(1);
             self.missing_in_a_row = 0;
+            // After a silence the count starts anew: one reading is no recovery.
+            self.heard_in_a_row = if self.stale {
+                1
+            } else {
+                self.heard_in_a_row.saturating_add(1)
+            };
+            self.stale = false;
             self.silent_since = now;
             self.watched = true;
         }
@@ -135,13 +151,9 @@ impl Health {
             self.watched = true;
             self.silent_since = now;
         }
-        self.stale = now.since(self.silent_since) > rules.config().stale_after;
-        self.status = rules.next(
-            self.status,
-            self.confidence,
-            self.missing_in_a_row,
-            self.stale,
-        );
+        // Latched until the next reading: ages wrap after 24 days, a dead sensor stays dead.
+        self.stale |= now.since(self.silent_since) > rules.config().stale_after;
+        self.status = rules.next(self.status, self);
     }
 }
 
@@ -162,7 +174,7 @@ mod tests {
 
     #[test]
     fn a_record_is_as_small_as_it_says() {
-        assert_eq!(size_of::<Health>(), 28);
+        assert_eq!(size_of::<Health>(), 32);
     }
 
     /// PEERS: a shared timeout let one live sensor hide a dead one (nav2); elsewhere a dead one
@@ -183,11 +195,42 @@ mod tests {
             assert_eq!(live.status(), Status::Healthy);
         }
         let back = Ticks::new(patience.saturating_mul(2));
-        dead.record(ECHO, back);
-        dead.settle(&rules, back);
-        assert_eq!(dead.status(), Status::Recovering);
-        dead.settle(&rules, back);
+        for heard in 1..=rules.config().healthy_heard {
+            assert_ne!(dead.status(), Status::Healthy, "after {heard} readings");
+            dead.record(ECHO, back);
+            dead.settle(&rules, back);
+            // The turns of other sensors settle it too, and change nothing.
+            dead.settle(&rules, back);
+        }
         assert_eq!(dead.status(), Status::Healthy);
+    }
+
+    #[test]
+    fn a_dead_sensor_stays_dead_when_the_clock_comes_round() {
+        let rules = HealthRules::default();
+        let mut health = Health::default();
+        for now in [0, 3000, (1 << 31) - 1, (1 << 31) + 1, u32::MAX, 0, 1] {
+            health.settle(&rules, Ticks::new(now));
+            assert_eq!(health.status() == Status::Failed, health.is_stale());
+        }
+        assert!(health.is_stale());
+    }
+
+    #[test]
+    fn a_sensor_that_answers_one_time_in_eleven_is_never_healthy_again() {
+        let rules = HealthRules::default();
+        let mut health = Health::default();
+        let now = Ticks::new(1);
+        for turn in 1..200 {
+            let reading = if turn % 11 == 0 { ECHO } else { TIMEOUT };
+            health.record(reading, now);
+            health.settle(&rules, now);
+            health.settle(&rules, now);
+            assert!(
+                turn < 3 || health.status() != Status::Healthy,
+                "turn {turn}"
+            );
+        }
     }
 
     #[test]

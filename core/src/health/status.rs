@@ -1,6 +1,6 @@
 //! The conclusion about a sensor, with hysteresis.
 
-use super::Confidence;
+use super::{Confidence, Health};
 use core::fmt;
 
 /// What is concluded about a sensor.
@@ -53,13 +53,15 @@ pub struct HealthConfig {
     pub suspect_missing: u16,
     /// So many missing readings in a row make it failed.
     pub failed_missing: u16,
+    /// A suspect or recovering one is healthy only after so many readings in a row.
+    pub healthy_heard: u16,
     /// A sensor that was silent for longer than so many ticks has failed.
     pub stale_after: u32,
 }
 
 impl HealthConfig {
     /// Half and a quarter of full confidence downwards, three eighths and three quarters upwards;
-    /// three and ten missing readings; two seconds of silence.
+    /// three and ten missing readings, ten that came; two seconds of silence.
     pub const DEFAULT: Self = Self {
         suspect_below: Confidence::from_bits(1 << 15),
         failed_below: Confidence::from_bits(1 << 14),
@@ -67,6 +69,7 @@ impl HealthConfig {
         healthy_from: Confidence::from_bits(3 << 14),
         suspect_missing: 3,
         failed_missing: 10,
+        healthy_heard: 10,
         stale_after: 2000,
     };
 }
@@ -141,29 +144,25 @@ impl HealthRules {
 
     /// Returns the status that follows `status`; one step at a time, except that silence fails at
     /// once.
-    pub(super) const fn next(
-        &self,
-        status: Status,
-        confidence: Confidence,
-        missing_in_a_row: u16,
-        stale: bool,
-    ) -> Status {
+    pub(super) const fn next(&self, status: Status, health: &Health) -> Status {
         let limits = &self.0;
-        let confidence = confidence.to_bits();
-        let silent = stale || missing_in_a_row >= limits.failed_missing;
-        let wavering = missing_in_a_row >= limits.suspect_missing;
-        let failing = confidence < limits.failed_below.to_bits();
-        let well = !wavering && confidence >= limits.healthy_from.to_bits();
-        if silent {
+        let confidence = health.confidence().to_bits();
+        let missing = health.missing_in_a_row();
+        if health.is_stale() || missing >= limits.failed_missing {
             return Status::Failed;
         }
+        let wavering = missing >= limits.suspect_missing;
+        let well = health.heard_in_a_row() >= limits.healthy_heard
+            && confidence >= limits.healthy_from.to_bits();
         match status {
             Status::Healthy if wavering || confidence < limits.suspect_below.to_bits() => {
                 Status::Suspect
             }
-            Status::Suspect | Status::Recovering if failing => Status::Failed,
+            Status::Suspect | Status::Recovering if confidence < limits.failed_below.to_bits() => {
+                Status::Failed
+            }
             Status::Suspect | Status::Recovering if well => Status::Healthy,
-            Status::Failed if !wavering && confidence >= limits.recovering_from.to_bits() => {
+            Status::Failed if missing == 0 && confidence >= limits.recovering_from.to_bits() => {
                 Status::Recovering
             }
             unchanged => unchanged,
@@ -180,13 +179,24 @@ impl Default for HealthRules {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::transducer::Reading;
+    use crate::units::Ticks;
+
+    /// A sensor heard without a gap, with this confidence.
+    fn heard(bits: u16) -> Health {
+        let mut health = Health::new(Confidence::from_bits(bits));
+        for _ in 0..HealthConfig::DEFAULT.healthy_heard {
+            health.record(Reading::NoObject, Ticks::new(0));
+        }
+        health
+    }
 
     fn walk(confidences: impl IntoIterator<Item = u16>) -> Vec<Status> {
         let rules = HealthRules::DEFAULT;
         let mut status = Status::Healthy;
         let mut walked = vec![status];
         for bits in confidences {
-            status = rules.next(status, Confidence::from_bits(bits), 0, false);
+            status = rules.next(status, &heard(bits));
             if walked.last() != Some(&status) {
                 walked.push(status);
             }
@@ -220,7 +230,7 @@ mod tests {
                 Status::Failed,
                 Status::Recovering,
             ] {
-                let next = |s| rules.next(s, Confidence::from_bits(bits), 0, false);
+                let next = |s| rules.next(s, &heard(bits));
                 let settled = next(next(start));
                 assert_eq!(next(settled), settled, "{bits} from {start}");
             }

@@ -28,15 +28,17 @@ impl Beam {
     ///
     /// Every cell is told once. A narrow beam visits its cells in order of distance, a cone row
     /// after row from the lowest; a fixed order is what makes a run reproducible (\[001\] §7).
-    /// *Too near* and *missing* say nothing about any cell.
+    /// *Too near* and *missing* say nothing about any cell; an echo from beyond the model's range says
+    /// that there is no object within it.
     ///
     /// Cost: a narrow beam visits the cells on its line inside the grid; a cone those in the box
     /// around it.
     #[inline]
     pub fn interpret(&self, geometry: &Geometry, model: &BeamModel, listener: &mut impl Listener) {
         let echo = match self.reading {
-            Reading::Echo(distance) => Some(distance),
-            Reading::NoObject => None,
+            Reading::Echo(distance) if distance <= model.config.farthest => Some(distance),
+            // Nothing within the range, which is as far as the model knows the sensor.
+            Reading::Echo(_) | Reading::NoObject => None,
             Reading::TooNear | Reading::Missing(_) => return,
         };
         if model.config.half_width != BinaryAngle::ZERO {
@@ -44,14 +46,9 @@ impl Beam {
         } else if let Some(distance) = echo {
             self.narrow_echo(distance, geometry, model, listener);
         } else {
-            let mut ray = Ray::new(geometry, self.origin, self.ahead(model.config.farthest));
-            listener.hear(model.config.free, ray.run(u32::MAX));
-            listener.hear(model.config.free, ray);
+            let end = (self.origin).ahead(self.bearing.direction(), model.config.farthest);
+            listener.hear(model.config.free, Ray::new(geometry, self.origin, end));
         }
-    }
-
-    fn ahead(&self, distance: Millimeters) -> Point {
-        self.origin.ahead(self.bearing.direction(), distance)
     }
 
     /// Free before the spread, occupied at the echo, and behind it what the model says.
@@ -64,10 +61,12 @@ impl Beam {
     ) {
         let BeamModel { config } = model;
         let spread = model.spread(distance);
-        let hit = self.ahead(distance);
+        let direction = self.bearing.direction();
+        let hit = self.origin.ahead(direction, distance);
         let hit_cell = geometry.cell_at(hit);
         let fade = Fade {
-            beam: self,
+            origin: self.origin,
+            direction,
             distance: distance.get().into(),
             spread: spread.get().into(),
             peak: config.occupied.deviation().into(),
@@ -94,12 +93,12 @@ impl Beam {
         // The second goes on from it, through the rest of the spread and what lies behind.
         let end = match config.behind {
             Behind::Untouched => distance.saturating_add(spread),
-            Behind::Uncertain => config.farthest,
+            Behind::Uncertain => distance.saturating_add(spread).max(config.farthest),
         };
         if end <= distance {
             return;
         }
-        for cell in Ray::new(geometry, hit, self.ahead(end)) {
+        for cell in Ray::new(geometry, hit, self.origin.ahead(direction, end)) {
             if Some(cell) == hit_cell {
                 continue;
             }
@@ -117,6 +116,8 @@ impl Beam {
 /// Any `FnMut(Cell, Certainty)` is one.
 pub trait Listener {
     /// Hears that each of `cells`, in this order, has this `certainty`.
+    ///
+    /// It hears all of them: what it left over would be told otherwise next.
     fn hear(&mut self, certainty: Certainty, cells: impl Iterator<Item = Cell>);
 }
 

@@ -123,7 +123,7 @@ fn what_cannot_be_is_refused() {
 proptest! {
     #[test]
     fn every_echo_inside_the_grid_is_drawn_at_its_place_and_nothing_twice(
-        x in -2000..2000_i32, y in -2000..2000_i32, bearing: u16, distance in 0..3000_u32,
+        x in -2000..2000_i32, y in -2000..2000_i32, bearing: u16, distance in 0..=2500_u32,
         accuracy: u16, width in 0..0x3000_u16,
     ) {
         let geometry = Geometry::try_new(20, 20, mm(97), Point::from_mm(-900, -900)).unwrap();
@@ -141,7 +141,8 @@ proptest! {
         beam.interpret(&geometry, &model, &mut |cell: Cell, certainty: Certainty| {
             assert_eq!(told[cell.index()].replace(certainty), None);
         });
-        if let Some(hit) = geometry.cell_at(beam.ahead(mm(distance))) {
+        let hit = geometry.cell_at(beam.origin.ahead(beam.bearing.direction(), mm(distance)));
+        if let Some(hit) = hit {
             prop_assert_eq!(told[hit.index()], Some(Certainty::OCCUPIED));
         }
         let cone = BeamConfig {
@@ -149,6 +150,35 @@ proptest! {
             ..BeamConfig::cone(mm(2500), BinaryAngle::from_bits(width))
         };
         let model = BeamModel::try_new(cone).unwrap();
-        let _drawn = draw_beam(&geometry, &beam, &model);
+        let mut told = vec![None; geometry.cells() as usize];
+        beam.interpret(&geometry, &model, &mut |cell: Cell, certainty: Certainty| {
+            assert_eq!(told[cell.index()].replace(certainty), None);
+        });
+        if let Some(hit) = hit {
+            prop_assert_eq!(told[hit.index()], Some(Certainty::OCCUPIED), "cone");
+        }
+    }
+}
+
+#[test]
+fn an_echo_at_or_near_the_range_keeps_its_spread_whatever_lies_behind() {
+    let vague = |behind| BeamConfig {
+        accuracy: U0F16::lit("0.25"),
+        behind,
+        ..BeamConfig::narrow(mm(800))
+    };
+    let silent = drawn(Reading::Echo(mm(800)), vague(Behind::Untouched));
+    assert_eq!(silent, "...... +#+  ");
+    // Where the spread has faded away, uncertain is what is left to say.
+    let told = drawn(Reading::Echo(mm(800)), vague(Behind::Uncertain));
+    assert_eq!(told, "...... +#+? ");
+}
+
+#[test]
+fn an_echo_from_beyond_the_range_is_no_object_within_it() {
+    let exact = BeamConfig::narrow(mm(800));
+    let free = drawn(Reading::NoObject, exact);
+    for distance in [801, 5000, u32::MAX] {
+        assert_eq!(drawn(Reading::Echo(mm(distance)), exact), free);
     }
 }
