@@ -185,6 +185,14 @@ const ANGLE: Kind = Kind {
     signed: true,
 };
 
+const OPENING: Kind = Kind {
+    most: 179.99,
+    most_written: "179.99deg",
+    example: "an opening angle such as 15deg, 20deg or 0.5rad",
+    signed: false,
+    ..ANGLE
+};
+
 const DURATION: Kind = Kind {
     units: &[("ms", 1.0), ("s", 1000.0), ("min", 60_000.0)],
     most: u32::MAX as f64,
@@ -314,6 +322,19 @@ pub fn signed_length(text: &str) -> Result<SignedMillimeters, QuantityError> {
 /// [`QuantityError`] names what is wrong with the text.
 pub fn angle(text: &str) -> Result<BinaryAngle, QuantityError> {
     ANGLE
+        .parse(text)
+        .map(|degrees| BinaryAngle::from_millidegrees((degrees * 1000.0).round() as i32))
+}
+
+/// Reads the opening angle of a beam in `deg` or `rad`: 0 to less than half a turn.
+///
+/// Rounds as [`angle`] does.
+///
+/// # Errors
+///
+/// [`QuantityError`] names what is wrong with the text.
+pub fn opening(text: &str) -> Result<BinaryAngle, QuantityError> {
+    OPENING
         .parse(text)
         .map(|degrees| BinaryAngle::from_millidegrees((degrees * 1000.0).round() as i32))
 }

@@ -3,8 +3,10 @@
 //! Every fusion method is held to them, whichever way it keeps a sensor's own words.
 
 use certainty_core::certainty::Certainty;
-use certainty_core::fusion::{Beam, BeamConfig, BeamModel, Geometry};
-use certainty_core::health::{HealthRules, Status};
+use certainty_core::fusion::{
+    BayesGrid, Beam, BeamConfig, BeamModel, Geometry, Mapper, STRONGEST_MEASUREMENT,
+};
+use certainty_core::health::{Health, HealthRules, Status};
 use certainty_core::sensor::SensorId;
 use certainty_core::transducer::{Missing, Reading};
 use certainty_core::units::{BinaryAngle, Millimeters, Point, Pose, Ticks};
@@ -183,12 +185,33 @@ fn defect_3_a_silent_sensor_is_noticed_beside_live_ones_and_recovers_by_itself()
         let statuses = [1, 2, 3].map(|number| status(&map, number));
         let expected = [Status::Healthy, Status::Failed, Status::Healthy];
         assert_eq!(statuses, expected, "{method}");
-        // It speaks again.
-        take(&mut map, 2, echo(1050), now + 1);
-        assert_eq!(status(&map, 2), Status::Recovering, "{method}");
-        take(&mut map, 2, echo(1050), now + 2);
+        // It speaks again, and is trusted when it has for a while.
+        let heard = u32::from(HealthRules::DEFAULT.config().healthy_heard);
+        for spoken in 1..heard {
+            take(&mut map, 2, echo(1050), now + spoken);
+            assert_eq!(status(&map, 2), Status::Recovering, "{method}");
+        }
+        take(&mut map, 2, echo(1050), now + heard);
         assert_eq!(status(&map, 2), Status::Healthy, "{method}");
     }
+}
+
+/// When all fall silent there is no reading any more that would say so.
+#[test]
+fn defect_3_that_all_sensors_are_silent_is_noticed_without_a_reading() {
+    let grid = BayesGrid::try_new(
+        square(),
+        STRONGEST_MEASUREMENT,
+        vec![0; square().cells() as usize],
+    );
+    let rules = HealthRules::DEFAULT;
+    let mut mapper = Mapper::new(grid.unwrap(), [Health::default(); 3], rules);
+    let patience = rules.config().stale_after;
+    mapper.settle(Ticks::new(0));
+    mapper.settle(Ticks::new(patience));
+    assert_eq!(mapper.environment().count(Status::Healthy), 3);
+    mapper.settle(Ticks::new(patience + 1));
+    assert_eq!(mapper.environment().count(Status::Failed), 3);
 }
 
 /// `ArduPilot` #25913 and #5659: a dead sensor stopped everything, or went unnoticed.

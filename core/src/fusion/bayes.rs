@@ -1,6 +1,6 @@
 //! The classic certainty grid: eq. 1 of \[001\], one byte a cell.
 
-use super::grid::{CertaintyGrid, Measurement, WrongStorage, zeroed};
+use super::grid::{CertaintyGrid, Measurement, Refused, zeroed};
 use super::{Cell, Geometry, LogOdds, Shape};
 use crate::certainty::Certainty;
 use crate::health::Health;
@@ -36,7 +36,7 @@ impl<Sh: Shape, S: AsRef<[u8]> + AsMut<[u8]>> BayesGrid<Sh, S> {
     ///
     /// # Errors
     ///
-    /// [`WrongStorage`] unless `storage` has a byte for each cell.
+    /// [`Refused`] unless `storage` has a byte for each cell.
     ///
     /// # Examples
     ///
@@ -57,7 +57,7 @@ impl<Sh: Shape, S: AsRef<[u8]> + AsMut<[u8]>> BayesGrid<Sh, S> {
     /// assert_eq!(grid.certainty(cell).to_bits(), 253); // 81 to 1
     /// # Ok::<(), Box<dyn core::error::Error>>(())
     /// ```
-    pub fn try_new(shape: Sh, strongest: LogOdds, storage: S) -> Result<Self, WrongStorage<S>> {
+    pub fn try_new(shape: Sh, strongest: LogOdds, storage: S) -> Result<Self, Refused<S>> {
         let cells = zeroed(storage, shape.geometry().cells() as usize)?;
         Ok(Self {
             shape,
@@ -106,6 +106,7 @@ impl<Sh: Shape, S: AsRef<[u8]> + AsMut<[u8]>> CertaintyGrid for BayesGrid<Sh, S>
 
 #[cfg(test)]
 mod tests {
+    use super::super::grid::Unfit;
     use super::*;
     use crate::sensor::SensorId;
     use crate::units::{Millimeters, Point};
@@ -155,7 +156,10 @@ mod tests {
     fn storage_of_another_size_is_handed_back() {
         let shape = Geometry::try_new(2, 2, Millimeters::new(100), Point::ORIGIN).unwrap();
         let refused = BayesGrid::try_new(shape, STRONGEST_MEASUREMENT, [9; 3]).unwrap_err();
-        assert_eq!((refused.needed, refused.storage), (4, [9; 3]));
+        assert_eq!(
+            (refused.why, refused.storage),
+            (Unfit::Storage { needed: 4 }, [9; 3])
+        );
     }
 
     proptest! {

@@ -59,44 +59,71 @@ pub trait CertaintyGrid {
     fn memory_bytes(&self) -> usize;
 }
 
-/// The storage that was handed to a grid does not have the size that the grid's shape takes.
-///
-/// Hands the storage back.
+/// Why a grid could not be made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Unfit {
+    /// The storage has not exactly the bytes that the shape takes.
+    Storage {
+        /// The bytes that it takes.
+        needed: usize,
+    },
+    /// There is no sensor, or more of them than the type has room for.
+    Sensors {
+        /// The most that it has room for.
+        most: usize,
+    },
+    /// Trimming would leave nothing even of the words of all sensors.
+    Trim,
+}
+
+impl fmt::Display for Unfit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Storage { needed } => {
+                write!(f, "the grid needs exactly {needed} bytes of storage")
+            }
+            Self::Sensors { most } => write!(f, "the grid needs 1 to {most} sensors"),
+            Self::Trim => f.write_str("trimming t words each way needs 2t + 1 sensors"),
+        }
+    }
+}
+
+/// A grid could not be made; hands the storage back.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct WrongStorage<S> {
-    /// The bytes that the shape takes.
-    pub needed: usize,
+pub struct Refused<S> {
+    /// Why.
+    pub why: Unfit,
     /// The storage that was handed in.
     pub storage: S,
 }
 
-impl<S> fmt::Debug for WrongStorage<S> {
+impl<S> fmt::Debug for Refused<S> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("WrongStorage")
-            .field("needed", &self.needed)
+        f.debug_struct("Refused")
+            .field("why", &self.why)
             .finish_non_exhaustive()
     }
 }
 
-impl<S> fmt::Display for WrongStorage<S> {
+impl<S> fmt::Display for Refused<S> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "this grid needs exactly {} bytes of storage",
-            self.needed
-        )
+        self.why.fmt(f)
     }
 }
 
-impl<S> core::error::Error for WrongStorage<S> {}
+impl<S> core::error::Error for Refused<S> {}
 
 /// Returns `storage` filled with zeros, if it has exactly `needed` bytes.
-pub(super) fn zeroed<S: AsMut<[u8]>>(mut storage: S, needed: usize) -> Result<S, WrongStorage<S>> {
+pub(super) fn zeroed<S: AsMut<[u8]>>(mut storage: S, needed: usize) -> Result<S, Refused<S>> {
     if storage.as_mut().len() == needed {
         storage.as_mut().fill(0);
         Ok(storage)
     } else {
-        Err(WrongStorage { needed, storage })
+        Err(Refused {
+            why: Unfit::Storage { needed },
+            storage,
+        })
     }
 }

@@ -1,6 +1,6 @@
 //! A grid for each sensor, kept apart until someone asks.
 
-use super::grid::{Measurement, WrongStorage, zeroed};
+use super::grid::{Measurement, Refused, Unfit, zeroed};
 use super::{Cell, Geometry, LogOdds, Shape};
 use crate::certainty::Certainty;
 use core::marker::PhantomData;
@@ -90,11 +90,11 @@ where
     S: AsRef<[u8]> + AsMut<[u8]>,
     K: OwnGrid,
 {
-    pub(super) fn try_new(shape: Sh, sensors: u8, storage: S) -> Result<Self, WrongStorage<S>> {
+    pub(super) fn try_new(shape: Sh, sensors: u8, storage: S) -> Result<Self, Refused<S>> {
         let cells = shape.geometry().cells() as usize;
         if sensors == 0 || usize::from(sensors) > N {
-            let needed = cells.saturating_mul(N);
-            return Err(WrongStorage { needed, storage });
+            let why = Unfit::Sensors { most: N };
+            return Err(Refused { why, storage });
         }
         let storage = zeroed(storage, cells.saturating_mul(sensors.into()))?;
         Ok(Self {

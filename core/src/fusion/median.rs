@@ -1,6 +1,6 @@
 //! Fault-tolerant median selection: \[000\] §3.2, \[001\] §4.
 
-use super::grid::{CertaintyGrid, Measurement, WrongStorage};
+use super::grid::{CertaintyGrid, Measurement, Refused};
 use super::layers::{Latest, Layers, OwnGrid};
 use super::{Cell, Geometry, Shape};
 use crate::certainty::Certainty;
@@ -31,8 +31,8 @@ where
     ///
     /// # Errors
     ///
-    /// [`WrongStorage`] unless `sensors` is 1 to `N` and `storage` has a byte for each cell and sensor.
-    pub fn try_new(shape: Sh, sensors: u8, storage: S) -> Result<Self, WrongStorage<S>> {
+    /// [`Refused`] unless `sensors` is 1 to `N` and `storage` has a byte for each cell and sensor.
+    pub fn try_new(shape: Sh, sensors: u8, storage: S) -> Result<Self, Refused<S>> {
         Layers::try_new(shape, sensors, storage).map(|layers| Self { layers })
     }
 }
@@ -76,6 +76,7 @@ fn median(votes: &[Certainty]) -> Certainty {
 
 #[cfg(test)]
 mod tests {
+    use super::super::grid::Unfit;
     use super::super::layers::Accumulated;
     use super::super::picture::draw_grid;
     use super::*;
@@ -154,7 +155,7 @@ mod tests {
         for sensors in [0, 4] {
             let storage = vec![0; sensors.into()];
             let refused = MedianGrid::<_, _, 3, Accumulated>::try_new(shape, sensors, storage);
-            assert_eq!(refused.unwrap_err().needed, 3);
+            assert_eq!(refused.unwrap_err().why, Unfit::Sensors { most: 3 });
         }
     }
 }

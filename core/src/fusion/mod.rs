@@ -33,7 +33,7 @@ pub use bayes::{BayesGrid, STRONGEST_MEASUREMENT};
 pub use beam::{Beam, BeamConfig, BeamError, BeamModel, Behind, Listener};
 pub use environment::Environment;
 pub use geometry::{Cell, Geometry, GeometryError, Shape};
-pub use grid::{CertaintyGrid, Measurement, WrongStorage};
+pub use grid::{CertaintyGrid, Measurement, Refused, Unfit};
 pub use layers::{Accumulated, Latest, OwnGrid};
 pub use log_odds::LogOdds;
 pub use mapper::{Mapper, UnknownSensor};

@@ -1,7 +1,7 @@
 //! The robust certainty grid: `AddToGrid`, \[001\] §5 and Fig. 3.
 
 use super::add_to_grid::{RobustRules, Verdict, agreement, weighted_mean};
-use super::grid::{CertaintyGrid, Measurement, WrongStorage, zeroed};
+use super::grid::{CertaintyGrid, Measurement, Refused, Unfit, zeroed};
 use super::owners::{Owners, owner_bytes};
 use super::{Cell, Geometry, Shape};
 use crate::certainty::Certainty;
@@ -39,7 +39,7 @@ where
     ///
     /// # Errors
     ///
-    /// [`WrongStorage`] unless `storage` has a byte for each cell and `owners` has [`owner_bytes`];
+    /// [`Refused`] unless there is a sensor, `storage` has a byte for each cell and `owners` has [`owner_bytes`];
     /// both are handed back.
     ///
     /// # Examples
@@ -75,13 +75,20 @@ where
         sensors: u8,
         storage: S,
         owners: O,
-    ) -> Result<Self, WrongStorage<(S, O)>> {
+    ) -> Result<Self, Refused<(S, O)>> {
+        if sensors == 0 {
+            let why = Unfit::Sensors {
+                most: u8::MAX as usize,
+            };
+            let storage = (storage, owners);
+            return Err(Refused { why, storage });
+        }
         let cells = shape.geometry().cells() as usize;
         let cells = match zeroed(storage, cells) {
             Ok(cells) => cells,
-            Err(WrongStorage { needed, storage }) => {
-                return Err(WrongStorage {
-                    needed,
+            Err(Refused { why, storage }) => {
+                return Err(Refused {
+                    why,
                     storage: (storage, owners),
                 });
             }
@@ -94,8 +101,8 @@ where
                 owners: Owners::new(sensors, owners),
                 sensors,
             }),
-            Err(WrongStorage { needed, storage }) => Err(WrongStorage {
-                needed,
+            Err(Refused { why, storage }) => Err(Refused {
+                why,
                 storage: (cells, storage),
             }),
         }
@@ -390,9 +397,15 @@ mod tests {
             )
         };
         let cells = make(3, 1).unwrap_err();
-        assert_eq!((cells.needed, cells.storage), (4, (vec![1; 3], vec![2; 1])));
+        assert_eq!(
+            (cells.why, cells.storage),
+            (Unfit::Storage { needed: 4 }, (vec![1; 3], vec![2; 1]))
+        );
         let owners = make(4, 2).unwrap_err();
-        assert_eq!((owners.needed, owners.storage.1), (1, vec![2; 2]));
+        assert_eq!(
+            (owners.why, owners.storage.1),
+            (Unfit::Storage { needed: 1 }, vec![2; 2])
+        );
     }
 
     proptest! {

@@ -1,6 +1,6 @@
 //! Trim, then Bayes: the fault-tolerant average of \[000\] §3.1.
 
-use super::grid::{CertaintyGrid, Measurement, WrongStorage};
+use super::grid::{CertaintyGrid, Measurement, Refused, Unfit};
 use super::layers::{Latest, Layers, OwnGrid};
 use super::{Cell, Geometry, LogOdds, Shape};
 use crate::certainty::Certainty;
@@ -34,14 +34,19 @@ where
     ///
     /// # Errors
     ///
-    /// [`WrongStorage`] unless `sensors` is 1 to `N` and `storage` has a byte for each cell and sensor.
+    /// [`Refused`] unless `sensors` is 1 to `N` and at least 2 · `trim` + 1, and `storage` has a byte for
+    /// each cell and sensor.
     pub fn try_new(
         shape: Sh,
         sensors: u8,
         trim: u8,
         strongest: LogOdds,
         storage: S,
-    ) -> Result<Self, WrongStorage<S>> {
+    ) -> Result<Self, Refused<S>> {
+        if u16::from(trim).wrapping_mul(2) >= u16::from(sensors) {
+            let why = Unfit::Trim;
+            return Err(Refused { why, storage });
+        }
         Layers::try_new(shape, sensors, storage).map(|layers| Self {
             layers,
             trim,
@@ -87,6 +92,7 @@ fn trimmed(votes: &[Certainty], trim: usize, strongest: LogOdds) -> Certainty {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::units::{Millimeters, Point};
 
     fn fused(bits: &[u8], trim: usize) -> Certainty {
         let mut votes: Vec<_> = bits.iter().copied().map(Certainty::from_bits).collect();
@@ -101,6 +107,14 @@ mod tests {
         for (votes, trim) in [([0, 192, 255, 192].as_slice(), 1), (&[192, 192], 0)] {
             assert!(fused(votes, trim).to_bits().abs_diff(230) <= 2);
         }
+    }
+
+    #[test]
+    fn a_trim_that_leaves_nothing_of_all_sensors_is_refused() {
+        let shape = Geometry::try_new(1, 1, Millimeters::new(100), Point::ORIGIN).unwrap();
+        let with = |trim| TrimmedGrid::<_, _, 3>::try_new(shape, 3, trim, LogOdds::MAX, [0; 3]);
+        assert!(with(1).is_ok());
+        assert_eq!(with(2).unwrap_err().why, Unfit::Trim);
     }
 
     #[test]

@@ -42,7 +42,12 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "all|NAME", default_value = "all")]
     fusion: FusionArgument,
     /// Names the run: the same seed gives the same result
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 1,
+        allow_hyphen_values = true
+    )]
     seed: u64,
     /// Where the pictures go
     #[arg(long, value_name = "DIR", default_value = "out")]
@@ -263,6 +268,10 @@ fn sensors(run: &Run) -> Vec<SensorReport> {
     report.collect()
 }
 
+/// What must be said beside the health that another method than the robust one reports.
+pub(super) const COMPARES_NO_SENSORS: &str =
+    "Only the robust method compares sensors; here only missing readings count.\n";
+
 /// A confidence as a number from 0 to 1.
 pub(super) fn confidence(health: &Health) -> f64 {
     f64::from(health.confidence().to_bits()) / f64::from(u16::MAX)
@@ -342,6 +351,13 @@ fn told(run: &Run, out: &Path) -> String {
     }));
     text.push('\n');
     text += &table(&rows);
+    if !run
+        .methods
+        .iter()
+        .any(|result| result.method == Method::Robust)
+    {
+        text += COMPARES_NO_SENSORS;
+    }
     let seconds =
         f64::from(setup.readings) / f64::from(setup.crew.count()) * f64::from(STEP_MS) / 1e3;
     text += &format!(

@@ -1,6 +1,6 @@
 //! A sensor with faults is a sensor.
 
-use super::{Defect, Fault};
+use super::{Defect, Fault, Times};
 use crate::transducer::stream::{Purpose, stream};
 use crate::transducer::{Look, Sensor};
 use certainty_core::sensor::SensorId;
@@ -195,7 +195,8 @@ impl<S: Sensor> Sensor for Faulty<S> {
         self.sensor.range()
     }
 
-    /// The sensor's own, times every active chatter; an intermittent one by its last burst.
+    /// The sensor's own, times every active chatter, [`Times::MOST`] together; an intermittent one by
+    /// its last burst.
     fn reports_per_turn(&self, at: Ticks) -> u32 {
         self.faults
             .iter()
@@ -203,7 +204,7 @@ impl<S: Sensor> Sensor for Faulty<S> {
             .fold(
                 self.sensor.reports_per_turn(at),
                 |reports, instance| match instance.fault.defect {
-                    Defect::Chatter(times) => reports.saturating_mul(times.get()),
+                    Defect::Chatter(times) => reports.saturating_mul(times.get()).min(Times::MOST),
                     _ => reports,
                 },
             )

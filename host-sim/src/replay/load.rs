@@ -167,8 +167,10 @@ fn read_text<R: Read>(
         let taken = match lines.next() {
             Ok(None) => break,
             Ok(Some(line)) => line.and_then(|line| {
-                if format == Format::Readings {
-                    recording.beam_width = readings::beam_width(line).or(recording.beam_width);
+                if format == Format::Readings
+                    && let Some(width) = readings::beam_width(line)
+                {
+                    recording.beam_width = Some(width?);
                 }
                 parser.line(line, &mut recording.beams)
             }),

@@ -17,12 +17,12 @@ pub const HEADER: &str = "t_ms,sensor,x_mm,y_mm,bearing_mdeg,reading";
 /// Millidegrees of a turn.
 const TURN: i64 = 360_000;
 
-/// Returns the beams' opening angle if `line` is the comment that gives it.
+/// Returns the beams' opening angle if `line` is the comment that gives it, or that it is none.
 ///
 /// The six columns do not say how wide a beam is; a file says it once, as `# beam-width: 20deg`.
-pub(super) fn beam_width(line: &str) -> Option<BinaryAngle> {
+pub(super) fn beam_width(line: &str) -> Option<Result<BinaryAngle, SkipReason>> {
     let note = line.strip_prefix('#')?.trim().strip_prefix("beam-width:")?;
-    quantity::angle(note.trim()).ok()
+    Some(quantity::opening(note.trim()).map_err(|_| SkipReason::BadBeamWidth))
 }
 
 /// Writes `beams` as a readings file.

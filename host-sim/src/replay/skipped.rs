@@ -28,6 +28,8 @@ pub enum SkipReason {
     OutOfReach,
     /// The reading is neither a distance nor one of the words for the absence of one.
     BadReading,
+    /// The comment that gives the beams' width gives none.
+    BadBeamWidth,
     /// The line starts with no known message's name.
     UnknownMessage,
     /// The compressed file ends before its end, and its last line with it.
@@ -49,6 +51,7 @@ impl fmt::Display for SkipReason {
             Self::BadPose => "pose not finite",
             Self::OutOfReach => "pose out of a map's reach",
             Self::BadReading => "not a reading",
+            Self::BadBeamWidth => "not a beam width such as 20deg",
             Self::UnknownMessage => "unknown message",
             Self::Truncated => "compressed file cut short",
             Self::TrailingBytes => "bytes after the compressed data",

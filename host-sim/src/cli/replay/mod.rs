@@ -29,13 +29,13 @@ pub(super) struct Arguments {
     #[arg(long, value_enum, default_value_t = FormatArgument::Auto)]
     format: FormatArgument,
     /// The side of a cell
-    #[arg(long, value_name = "LENGTH", default_value = "100mm", value_parser = quantity::length)]
+    #[arg(long, value_name = "LENGTH", default_value = "100mm", value_parser = quantity::length, allow_hyphen_values = true)]
     cell: Millimeters,
     /// A reading this long or longer is no object
-    #[arg(long, value_name = "LENGTH", default_value = "8m", value_parser = quantity::length)]
+    #[arg(long, value_name = "LENGTH", default_value = "8m", value_parser = quantity::length, allow_hyphen_values = true)]
     max_range: Millimeters,
     /// The opening angle of a beam [default: what the recording says, or a narrow one]
-    #[arg(long, value_name = "ANGLE", value_parser = quantity::angle)]
+    #[arg(long, value_name = "ANGLE", value_parser = quantity::opening)]
     beam_width: Option<BinaryAngle>,
     /// How many virtual sensors a laser's beams are dealt to
     #[arg(long, value_name = "N", default_value = "3")]
@@ -47,9 +47,14 @@ pub(super) struct Arguments {
     #[arg(long = "fault", value_name = "SPEC")]
     faults: Vec<FaultSpec>,
     /// Names the faults' random numbers
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 1,
+        allow_hyphen_values = true
+    )]
     seed: u64,
-    /// The largest map, in cells; for methods with a layer a sensor, all layers together
+    /// The largest map, in cells; where a method keeps a layer for each sensor, of all layers together
     #[arg(long, value_name = "N", default_value_t = 100_000_000)]
     max_cells: u64,
     /// Where the map goes
@@ -91,7 +96,7 @@ struct Replayed {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if arguments.max_range == Millimeters::ZERO {
         return Err(Failure::Input(
-            "--max-range: write a length above 0, such as 8m".into(),
+            "--max-range: write at least 1mm, such as 8m".into(),
         ));
     }
     output::check_listable(arguments.json, &arguments.out)?;
@@ -152,7 +157,7 @@ impl Arguments {
         let cell = i64::from(self.cell.get());
         if cell == 0 {
             return Err(Failure::Input(
-                "--cell: write a length above 0, such as 100mm".into(),
+                "--cell: write at least 1mm, such as 100mm".into(),
             ));
         }
         let (low, high) = recording.extent();
@@ -222,7 +227,7 @@ impl Replay {
         let mut insertion = Duration::ZERO;
         // Readings are made ready in batches, so that what is timed is insertion alone.
         let mut ready = Vec::new();
-        for beams in recording.beams.chunks(10_000) {
+        for beams in recording.beams.chunks(1000) {
             ready.clear();
             for beam in beams {
                 report(&mut sensors[beam.sensor.slot()], beam, &mut ready);

@@ -1,7 +1,7 @@
 //! What a replay reports.
 
 use super::super::output;
-use super::super::simulate::confidence;
+use super::super::simulate::{COMPARES_NO_SENSORS, confidence};
 use super::super::table::{row, table};
 use super::{Arguments, Replayed};
 use crate::fusion::{HostMapper, Method};
@@ -146,7 +146,7 @@ pub(super) fn told(arguments: &Arguments, replayed: &Replayed, files: &[PathBuf]
     }));
     text += &table(&rows);
     if arguments.fusion != Method::Robust {
-        text += "Only the robust method compares sensors; here only missing readings count.\n";
+        text += COMPARES_NO_SENSORS;
     }
     text.push('\n');
     for file in files {
