@@ -15,7 +15,7 @@ use crate::narrow::wrapping_u8;
 ///
 /// With an even number of votes the value is the mean of the middle two, ties up.
 ///
-/// Memory: n bytes a cell (\[001\] §7). Cost: adding is one store; reading sorts n votes.
+/// Memory: n bytes a cell (\[001\] §7). Cost: adding is one store; reading inserts n votes in order.
 #[derive(Debug, Clone)]
 pub struct MedianGrid<Sh, S, const N: usize, K = Latest> {
     layers: Layers<Sh, S, N, K>,

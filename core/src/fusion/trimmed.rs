@@ -13,7 +13,7 @@ use crate::health::Health;
 /// *uncertain*: nothing would be left after trimming, and the grid does not say what it could not
 /// defend. Prefer the median grid where sensors overlap only partly.
 ///
-/// Memory: n bytes a cell (\[000\] §5). Cost: adding is one store; reading sorts n votes.
+/// Memory: n bytes a cell (\[000\] §5). Cost: adding is one store; reading inserts n votes in order.
 #[derive(Debug, Clone)]
 pub struct TrimmedGrid<Sh, S, const N: usize, K = Latest> {
     layers: Layers<Sh, S, N, K>,

@@ -83,7 +83,7 @@ impl BinaryAngle {
 
     /// Returns the unit vector in this direction.
     ///
-    /// Cost: 28 multiplications of 64 bits; once a reading, never once a cell.
+    /// Cost: 16 multiplications of 64 bits; once a reading, never once a cell.
     #[must_use]
     pub const fn direction(self) -> Direction {
         Direction {

@@ -9,9 +9,16 @@ fn grid(columns: u16, rows: u16, cell: u32, corner: (i32, i32)) -> Geometry {
 }
 
 fn walk(geometry: &Geometry, from: Point, to: Point) -> Vec<(u16, u16)> {
-    Ray::new(geometry, from, to)
-        .map(|cell| geometry.column_and_row(cell))
-        .collect()
+    let ray = Ray::new(geometry, from, to);
+    let mut one_by_one = Vec::new();
+    for cell in ray.clone() {
+        one_by_one.push(geometry.column_and_row(cell));
+    }
+    // Folding, which has a loop of its own, must visit the same cells.
+    let mut folded = Vec::new();
+    ray.for_each(|cell| folded.push(geometry.column_and_row(cell)));
+    assert_eq!(folded, one_by_one);
+    folded
 }
 
 /// The naive twin: cuts the line at every border in f64 and asks which cell holds the middle of
