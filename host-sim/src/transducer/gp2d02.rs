@@ -16,11 +16,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use std::sync::Arc;
 
-/// The shortest distance a GP2D02 can tell: 100 mm (\[001\] §6.1).
-pub const NEAREST: Millimeters = Millimeters::new(100);
-
-/// The longest distance a GP2D02 can tell: 800 mm (\[001\] §6.1).
-pub const FARTHEST: Millimeters = Millimeters::new(800);
+pub use certainty_firmware::smart_car::{FARTHEST, NEAREST};
 
 /// A simulated GP2D02 that looks at a world.
 ///
