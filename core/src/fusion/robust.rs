@@ -125,7 +125,7 @@ where
         let (owner, owner_conf) = match self.owners.get(field) {
             Some(owner) if owner != sensor => match confidence(owner) {
                 Some(confidence) => (owner, confidence),
-                None => return,
+                None => return, // the list was longer when the owner spoke: nobody to compare with
             },
             known => {
                 *stored = certainty.deviation().cast_unsigned();
