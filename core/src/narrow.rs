@@ -43,3 +43,12 @@ pub(crate) const fn saturating_i8(value: i64) -> i8 {
         value as i8
     }
 }
+
+/// The nearest index; one that a machine of 32 bits cannot have is outside all storage.
+pub(crate) const fn saturating_usize(value: u64) -> usize {
+    if value > usize::MAX as u64 {
+        usize::MAX
+    } else {
+        value as usize
+    }
+}

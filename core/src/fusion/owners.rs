@@ -1,7 +1,7 @@
 //! Who owns each cell, packed to as few bits as the number of sensors takes.
 
 use super::Cell;
-use crate::narrow::wrapping_u8;
+use crate::narrow::{saturating_usize, wrapping_u8};
 use crate::sensor::SensorId;
 
 /// Returns the bits that an owner takes: ⌈log₂(sensors + 1)⌉, *unknown* being one more (\[001\] §7).
@@ -54,19 +54,6 @@ impl Field {
     }
 }
 
-/// An index into storage; one that a machine of 32 bits cannot have is outside all storage.
-#[inline]
-const fn narrow(index: u64) -> usize {
-    if index > usize::MAX as u64 {
-        usize::MAX
-    } else {
-        #[expect(clippy::cast_possible_truncation, reason = "it was compared")]
-        {
-            index as usize
-        }
-    }
-}
-
 impl<O: AsRef<[u8]> + AsMut<[u8]>> Owners<O> {
     /// Creates owners in `packed`, zeros of [`owner_bytes`] length.
     pub(super) const fn new(sensors: u8, packed: O) -> Self {
@@ -83,7 +70,7 @@ impl<O: AsRef<[u8]> + AsMut<[u8]>> Owners<O> {
         let position = (cell.number() as u64).wrapping_mul(self.bits as u64);
         let [low, ..] = position.to_le_bytes();
         Field {
-            byte: narrow(position / 8),
+            byte: saturating_usize(position / 8),
             shift: (low % 8) as u32,
             mask: (1_u16 << (self.bits & 15)).wrapping_sub(1),
         }

@@ -5,6 +5,7 @@
 
 mod compare;
 mod failure;
+mod health;
 mod output;
 mod overview;
 mod panels;

@@ -1,5 +1,6 @@
 //! `certainty simulate`: the Smart Car in a world, every method on the same readings.
 
+use super::health::{HealthReport, caveat};
 use super::overview::overview;
 use super::panels::{Mark, Panel, side_by_side};
 use super::table::{row, table};
@@ -10,7 +11,6 @@ use crate::fault::FaultSpec;
 use crate::fusion::Method;
 use crate::world::World;
 use certainty_core::certainty::Certainty;
-use certainty_core::health::Health;
 use certainty_firmware::smart_car::SWEEP;
 use clap::Args;
 use core::num::NonZeroU32;
@@ -205,11 +205,8 @@ struct SensorReport {
     id: u8,
     model: char,
     fault: Option<String>,
-    confidence: f64,
-    confirmations: u32,
-    contradictions: u32,
-    missing: u32,
-    status: String,
+    #[serde(flatten)]
+    health: HealthReport,
 }
 
 impl Report {
@@ -248,33 +245,19 @@ fn sensors(run: &Run) -> Vec<SensorReport> {
         return Vec::new();
     };
     let known = health.iter().zip(run.setup.crew.members());
-    let report = known.map(|(&(id, health), member)| {
-        let faults = run.setup.faults.iter().filter(|spec| {
-            let names = vec![""; run.setup.crew.members().len()];
-            spec.sensor.resolve(&names) == Ok(id)
-        });
+    let names = run.setup.crew.names();
+    let report = known.map(|((id, health), member)| {
+        let faults = run.setup.faults.iter();
+        let faults = faults.filter(|spec| spec.sensor.resolve(&names) == Ok(*id));
         let faults: Vec<String> = faults.map(ToString::to_string).collect();
         SensorReport {
             id: id.number(),
             model: member.letter,
             fault: (!faults.is_empty()).then(|| faults.join(", ")),
-            confidence: confidence(&health),
-            confirmations: health.confirmations(),
-            contradictions: health.contradictions(),
-            missing: health.missing(),
-            status: health.status().to_string(),
+            health: HealthReport::from(health),
         }
     });
     report.collect()
-}
-
-/// What must be said beside the health that another method than the robust one reports.
-pub(super) const COMPARES_NO_SENSORS: &str =
-    "Only the robust method compares sensors; here only missing readings count.\n";
-
-/// A confidence as a number from 0 to 1.
-pub(super) fn confidence(health: &Health) -> f64 {
-    f64::from(health.confidence().to_bits()) / f64::from(u16::MAX)
 }
 
 /// The report for people.
@@ -329,35 +312,18 @@ fn told(run: &Run, out: &Path) -> String {
     }));
     text += &table(&rows);
 
-    let mut rows = vec![row([
-        "sensor",
-        "fault",
-        "confidence",
-        "confirmed",
-        "contradicted",
-        "missing",
-        "status",
-    ])];
+    let mut rows = vec![[row(["sensor", "fault"]), row(HealthReport::COLUMNS)].concat()];
     rows.extend(sensors(run).into_iter().map(|sensor| {
-        vec![
+        let mut cells = vec![
             format!("{} ({})", sensor.id, sensor.model),
             sensor.fault.unwrap_or_else(|| "-".into()),
-            format!("{:.2}", sensor.confidence),
-            sensor.confirmations.to_string(),
-            sensor.contradictions.to_string(),
-            sensor.missing.to_string(),
-            sensor.status,
-        ]
+        ];
+        cells.extend(sensor.health.cells());
+        cells
     }));
     text.push('\n');
     text += &table(&rows);
-    if !run
-        .methods
-        .iter()
-        .any(|result| result.method == Method::Robust)
-    {
-        text += COMPARES_NO_SENSORS;
-    }
+    text += caveat(run.methods.iter().map(|result| result.method));
     let seconds =
         f64::from(setup.readings) / f64::from(setup.crew.count()) * f64::from(STEP_MS) / 1e3;
     text += &format!(

@@ -48,6 +48,12 @@ impl Crew {
         &self.0
     }
 
+    /// Returns the sensors' names, for faults to be resolved against: they have numbers only.
+    #[must_use]
+    pub fn names(&self) -> Vec<&'static str> {
+        vec![""; self.0.len()]
+    }
+
     /// Returns how many sensors there are.
     #[must_use]
     pub fn count(&self) -> u8 {

@@ -170,8 +170,7 @@ impl Setup {
 
     /// The crew at its places, each a real unit of its own, with its faults.
     fn sensors(&self) -> Result<Vec<(SensorId, Faulty<SimulatedGp2d02>)>, SetupError> {
-        let names = vec![""; self.crew.members().len()];
-        let mut faults = assign(&self.faults, &names)?;
+        let mut faults = assign(&self.faults, &self.crew.names())?;
         let units = Gp2d02Unit::shipped().iter().cycle();
         let crew = self
             .crew

@@ -1,10 +1,10 @@
 //! What a replay reports.
 
+use super::super::health::{HealthReport, caveat};
 use super::super::output;
-use super::super::simulate::{COMPARES_NO_SENSORS, confidence};
 use super::super::table::{row, table};
 use super::{Arguments, Replayed};
-use crate::fusion::{HostMapper, Method};
+use crate::fusion::HostMapper;
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -36,11 +36,8 @@ struct GridReport {
 struct SensorReport {
     id: u8,
     readings: u32,
-    confidence: f64,
-    confirmations: u32,
-    contradictions: u32,
-    missing: u32,
-    status: String,
+    #[serde(flatten)]
+    health: HealthReport,
 }
 
 impl Report {
@@ -74,11 +71,7 @@ fn sensors(mapper: &HostMapper) -> Vec<SensorReport> {
     let report = known.map(|(id, health)| SensorReport {
         id: id.number(),
         readings: health.readings(),
-        confidence: confidence(&health),
-        confirmations: health.confirmations(),
-        contradictions: health.contradictions(),
-        missing: health.missing(),
-        status: health.status().to_string(),
+        health: HealthReport::from(&health),
     });
     report.collect()
 }
@@ -124,30 +117,14 @@ pub(super) fn told(arguments: &Arguments, replayed: &Replayed, files: &[PathBuf]
         arguments.fusion,
         replayed.cells_updated
     );
-    let mut rows = vec![row([
-        "sensor",
-        "readings",
-        "confidence",
-        "confirmed",
-        "contradicted",
-        "missing",
-        "status",
-    ])];
+    let mut rows = vec![[row(["sensor", "readings"]), row(HealthReport::COLUMNS)].concat()];
     rows.extend(sensors(mapper).into_iter().map(|sensor| {
-        vec![
-            sensor.id.to_string(),
-            sensor.readings.to_string(),
-            format!("{:.2}", sensor.confidence),
-            sensor.confirmations.to_string(),
-            sensor.contradictions.to_string(),
-            sensor.missing.to_string(),
-            sensor.status,
-        ]
+        let mut cells = vec![sensor.id.to_string(), sensor.readings.to_string()];
+        cells.extend(sensor.health.cells());
+        cells
     }));
     text += &table(&rows);
-    if arguments.fusion != Method::Robust {
-        text += COMPARES_NO_SENSORS;
-    }
+    text += caveat([arguments.fusion]);
     text.push('\n');
     for file in files {
         text += &format!("{}\n", file.display());
