@@ -1,6 +1,9 @@
 //! Maps as other programs see them: a reader of PGM + YAML that shares no code with ours.
 
+use crate::program::{command, run};
 use core::fmt;
+use core::time::Duration;
+use serde_json::Value;
 use std::fs;
 use std::path::Path;
 
@@ -171,4 +174,17 @@ pub fn write_drawn(folder: &Path, name: &str, rows: &[&str], resolution: f64, or
     );
     fs::write(folder.join(format!("{name}.pgm")), image).expect("a file can be written");
     fs::write(folder.join(format!("{name}.yaml")), yaml).expect("a file can be written");
+}
+
+/// Replays the file at `path` in a folder of its own; returns the report and the map.
+///
+/// # Panics
+/// If it fails, takes longer than two minutes, or writes no map.
+#[must_use]
+pub fn replay_file(path: &Path, options: &str) -> (Value, Map) {
+    let folder = tempfile::tempdir().unwrap();
+    let mut arguments = vec!["replay", path.to_str().unwrap(), "--json"];
+    arguments.extend(options.split_whitespace());
+    let ran = run(command(folder.path(), arguments), Duration::from_secs(120));
+    (ran.json(), Map::read(&folder.path().join("out")))
 }

@@ -1,6 +1,6 @@
 //! The command line's contract: what scripts rely on when they run `certainty simulate`.
 
-use certainty_tests::program::{PATIENCE, Ran, certainty, command, run, wait};
+use certainty_tests::program::{PATIENCE, Ran, certainty, command, keys, run, wait};
 use certainty_tests::skipped;
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -12,18 +12,6 @@ use std::process::{Command, Stdio};
 fn alone(arguments: &str) -> Ran {
     let folder = tempfile::tempdir().unwrap();
     certainty(folder.path(), arguments)
-}
-
-/// The keys of an object, sorted.
-fn keys(object: &Value) -> Vec<&str> {
-    let mut keys: Vec<&str> = object
-        .as_object()
-        .unwrap()
-        .keys()
-        .map(String::as_str)
-        .collect();
-    keys.sort_unstable();
-    keys
 }
 
 fn list<'a>(document: &'a Value, key: &str) -> &'a [Value] {

@@ -1,0 +1,43 @@
+//! One file of input, good or bad, and the program run on it.
+
+use crate::program::{Ran, command, run};
+use crate::recording::{BEAMS, Place, flaser};
+use core::time::Duration;
+use std::fs;
+use std::path::Path;
+use tempfile::TempDir;
+
+/// Bad input is told from good in a few seconds, on a busy machine too.
+pub const QUICKLY: Duration = Duration::from_secs(15);
+
+/// Where the made-up scans are taken.
+pub const PLACE: Place = Place {
+    x: 0.0,
+    y: 0.0,
+    heading: 0.0,
+};
+
+/// Returns a scan with every range the same.
+#[must_use]
+pub fn scan(metres: f64) -> String {
+    flaser(&[metres; BEAMS], PLACE, 1.0)
+}
+
+/// Returns a folder with one file, `input`.
+///
+/// # Panics
+/// If it cannot be made.
+pub fn folder_with(content: impl AsRef<[u8]>) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("input"), content).unwrap();
+    folder
+}
+
+/// Runs the program in `folder` with `arguments` separated by spaces, and not for long.
+///
+/// # Panics
+/// If it takes longer.
+#[must_use]
+pub fn certainty(folder: &Path, arguments: &str) -> Ran {
+    run(command(folder, arguments.split_whitespace()), QUICKLY)
+}
