@@ -79,6 +79,32 @@ pub enum Own {
     Accumulated,
 }
 
+/// What the methods leave open; the defaults are the core's.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FusionRules {
+    /// How each sensor's own grid is kept; the trimmed and the median method.
+    pub own: Own,
+    /// The surest that one measurement may be; the Bayes method, and the trimmed one on latest words.
+    pub strongest: LogOdds,
+    /// The open numbers of `AddToGrid`; the robust method.
+    pub robust: RobustRules,
+    /// When a sensor is suspect, failed, recovering and healthy; every method.
+    pub health: HealthRules,
+}
+
+impl Default for FusionRules {
+    /// Each sensor accumulates its own grid: beams a few degrees apart cross the same cells, and the
+    /// latest word of one that grazes an obstacle's cell would erase what a dozen before it saw.
+    fn default() -> Self {
+        Self {
+            own: Own::Accumulated,
+            strongest: STRONGEST_MEASUREMENT,
+            robust: RobustRules::DEFAULT,
+            health: HealthRules::DEFAULT,
+        }
+    }
+}
+
 /// A fusion level on the heap: a [`Mapper`] for any method, size and number of sensors.
 ///
 /// The method is looked up once a reading; within a reading the core's code runs as it does on a
@@ -115,7 +141,7 @@ macro_rules! each {
 }
 
 impl HostMapper {
-    /// Creates an empty map for sensors 1 to `sensors`, all trusted, with every default of the core.
+    /// Creates an empty map for sensors 1 to `sensors`, all trusted as far as the rules start.
     ///
     /// The trimmed method trims one sensor each way, none where there are fewer than three.
     ///
@@ -123,17 +149,20 @@ impl HostMapper {
     ///
     /// For no sensors.
     #[must_use]
-    pub fn new(method: Method, own: Own, geometry: Geometry, sensors: u8) -> Self {
+    pub fn new(method: Method, fusion: &FusionRules, geometry: Geometry, sensors: u8) -> Self {
         const RIGHT_SIZE: &str = "the storage was made for this geometry";
         assert!(sensors > 0, "a map needs a sensor");
         let cells = geometry.cells() as usize;
         let flat = vec![0; cells];
         let layered = || vec![0; cells * usize::from(sensors)];
-        let add = RobustRules::DEFAULT;
+        let FusionRules {
+            own,
+            strongest: sure,
+            robust: add,
+            health: rules,
+        } = *fusion;
         let health = vec![add.first_health(); sensors.into()];
-        let rules = HealthRules::DEFAULT;
         let trim = u8::from(sensors >= 3);
-        let sure = STRONGEST_MEASUREMENT;
         Self(match (method, own) {
             (Method::Bayes, _) => {
                 let grid = BayesGrid::try_new(geometry, sure, flat);
@@ -228,7 +257,11 @@ mod tests {
                 (Method::Median, layered),
             ] {
                 for own in [Own::Latest, Own::Accumulated] {
-                    let map = HostMapper::new(method, own, geometry, sensors);
+                    let rules = FusionRules {
+                        own,
+                        ..FusionRules::default()
+                    };
+                    let map = HostMapper::new(method, &rules, geometry, sensors);
                     assert_eq!(map.memory_bytes(), expected, "{method} for {sensors}");
                 }
             }

@@ -12,7 +12,7 @@ use certainty_core::transducer::{Missing, Reading};
 use certainty_core::units::{BinaryAngle, Millimeters, Point, Pose, Ticks};
 use certainty_firmware::smart_car;
 use certainty_sim::export::{CellState, MapImage, OutDir, write_ros_map};
-use certainty_sim::fusion::{HostMapper, Method, Own};
+use certainty_sim::fusion::{FusionRules, HostMapper, Method, Own};
 use certainty_sim::replay::{HEADER, LoadOptions, load};
 use core::time::Duration;
 use std::fs;
@@ -27,10 +27,13 @@ fn square() -> Geometry {
 }
 
 /// Every method, and both ways for those that keep the sensors apart.
-fn methods() -> impl Iterator<Item = (Method, Own)> {
-    let owns = [Own::Latest, Own::Accumulated];
+fn methods() -> impl Iterator<Item = (Method, FusionRules)> {
+    let rules = [Own::Latest, Own::Accumulated].map(|own| FusionRules {
+        own,
+        ..FusionRules::default()
+    });
     let all = Method::ALL.into_iter();
-    all.flat_map(move |method| owns.map(|own| (method, own)))
+    all.flat_map(move |method| rules.map(|rules| (method, rules)))
 }
 
 fn sensor(number: u8) -> SensorId {
@@ -76,26 +79,29 @@ fn status(map: &HostMapper, number: u8) -> Status {
 /// nav2: a cell driven to 0 stays 0 after 1,000 occupied readings.
 #[test]
 fn defect_1_a_cell_driven_to_free_or_occupied_recovers_within_ten_rounds() {
-    for (method, own) in methods() {
+    for (method, rules) in methods() {
         for (before, after, expected) in [
             (Reading::NoObject, echo(1050), CellState::Occupied),
             (echo(1050), Reading::NoObject, CellState::Free),
         ] {
-            let mut map = HostMapper::new(method, own, square(), 3);
+            let mut map = HostMapper::new(method, &rules, square(), 3);
             for round in 0..1000 {
                 for number in 1..=3 {
                     take(&mut map, number, before, round);
                 }
             }
             let driven = state_at(&map, 1050, 50);
-            assert!(driven.is_known() && driven != expected, "{method} {own:?}");
+            assert!(
+                driven.is_known() && driven != expected,
+                "{method} {rules:?}"
+            );
             // 254 steps of log-odds from bound to bound, 35 a reading: eight rounds of one sensor.
             for round in 0..10 {
                 for number in 1..=3 {
                     take(&mut map, number, after, 1000 + round);
                 }
             }
-            assert_eq!(state_at(&map, 1050, 50), expected, "{method} {own:?}");
+            assert_eq!(state_at(&map, 1050, 50), expected, "{method} {rules:?}");
         }
     }
 }
@@ -103,8 +109,8 @@ fn defect_1_a_cell_driven_to_free_or_occupied_recovers_within_ten_rounds() {
 /// nav2 drops `range > max`, so "no echo" never clears.
 #[test]
 fn defect_2_no_object_clears_up_to_the_range() {
-    for (method, own) in methods() {
-        let mut map = HostMapper::new(method, own, square(), 3);
+    for (method, rules) in methods() {
+        let mut map = HostMapper::new(method, &rules, square(), 3);
         for round in 0..10 {
             (1..=3).for_each(|number| _ = take(&mut map, number, echo(1050), round));
         }
@@ -141,8 +147,8 @@ fn defect_2_a_recorded_reading_at_the_largest_range_is_no_object() {
 /// Neither is a distance: nothing is known of any cell.
 #[test]
 fn defect_2_too_near_and_missing_leave_the_map_as_it_is() {
-    for (method, own) in methods() {
-        let mut map = HostMapper::new(method, own, square(), 3);
+    for (method, rules) in methods() {
+        let mut map = HostMapper::new(method, &rules, square(), 3);
         (1..=3).for_each(|number| _ = take(&mut map, number, echo(1050), 0));
         let before = map.cells();
         for reading in [
@@ -154,7 +160,7 @@ fn defect_2_too_near_and_missing_leave_the_map_as_it_is() {
             for number in 1..=3 {
                 assert_eq!(take(&mut map, number, reading, 1), 0, "{reading:?}");
             }
-            assert_eq!(map.cells(), before, "{method} {own:?} {reading:?}");
+            assert_eq!(map.cells(), before, "{method} {rules:?} {reading:?}");
         }
     }
 }
@@ -163,8 +169,8 @@ fn defect_2_too_near_and_missing_leave_the_map_as_it_is() {
 #[test]
 fn defect_3_a_silent_sensor_is_noticed_beside_live_ones_and_recovers_by_itself() {
     let patience = HealthRules::DEFAULT.config().stale_after;
-    for (method, own) in methods() {
-        let mut map = HostMapper::new(method, own, square(), 3);
+    for (method, rules) in methods() {
+        let mut map = HostMapper::new(method, &rules, square(), 3);
         for number in 1..=3 {
             take(&mut map, number, echo(1050), 0);
         }
@@ -217,9 +223,9 @@ fn defect_3_that_all_sensors_are_silent_is_noticed_without_a_reading() {
 /// `ArduPilot` #25913 and #5659: a dead sensor stopped everything, or went unnoticed.
 #[test]
 fn defect_4_a_dead_sensor_is_reported_while_the_others_go_on_mapping() {
-    for (method, own) in methods() {
+    for (method, rules) in methods() {
         // Four live sensors: the trimmed grid answers only where 2t + 1 saw a cell.
-        let mut map = HostMapper::new(method, own, square(), 5);
+        let mut map = HostMapper::new(method, &rules, square(), 5);
         for round in 0..10 {
             for number in [1, 2, 4, 5] {
                 assert!(take(&mut map, number, echo(1050), round) > 0);
@@ -228,14 +234,22 @@ fn defect_4_a_dead_sensor_is_reported_while_the_others_go_on_mapping() {
         }
         let statuses = [1, 2, 3, 4, 5].map(|number| status(&map, number));
         let (live, dead) = (Status::Healthy, Status::Failed);
-        assert_eq!(statuses, [live, live, dead, live, live], "{method} {own:?}");
+        assert_eq!(
+            statuses,
+            [live, live, dead, live, live],
+            "{method} {rules:?}"
+        );
         assert_eq!(map.health()[2].1.missing(), 10);
         assert_eq!(
             state_at(&map, 1050, 0),
             CellState::Occupied,
-            "{method} {own:?}"
+            "{method} {rules:?}"
         );
-        assert_eq!(state_at(&map, 550, 0), CellState::Free, "{method} {own:?}");
+        assert_eq!(
+            state_at(&map, 550, 0),
+            CellState::Free,
+            "{method} {rules:?}"
+        );
     }
 }
 
@@ -246,7 +260,7 @@ fn defect_5_beams_and_cones_that_leave_the_grid_on_any_side_end_at_its_border() 
     let far = Millimeters::new(Point::LIMIT.unsigned_abs());
     let cone = BeamModel::try_new(BeamConfig::cone(FARTHEST, degrees(15))).unwrap();
     let endless = BeamModel::try_new(BeamConfig::narrow(far)).unwrap();
-    let mut map = HostMapper::new(Method::Bayes, Own::Latest, square(), 1);
+    let mut map = HostMapper::new(Method::Bayes, &FusionRules::default(), square(), 1);
     let limit = Point::LIMIT;
     let origins = [
         (-1999, -1999),
@@ -294,7 +308,7 @@ fn defect_5_beams_and_cones_that_leave_the_grid_on_any_side_end_at_its_border() 
 fn defect_5_a_cone_at_the_lower_border_tells_the_mirror_image_of_one_at_the_upper() {
     let cone = BeamModel::try_new(BeamConfig::cone(FARTHEST, degrees(15))).unwrap();
     let drawn = |y_mm: i32, bearing: i32| {
-        let mut map = HostMapper::new(Method::Bayes, Own::Latest, square(), 1);
+        let mut map = HostMapper::new(Method::Bayes, &FusionRules::default(), square(), 1);
         let beam = Beam {
             // Through the middle of a column.
             origin: Point::from_mm(50, y_mm),
@@ -348,9 +362,9 @@ fn defect_6_sensors_mounted_at_0_and_90_degrees_draw_in_their_own_directions() {
             [(-1050, 50), (50, -1050)],
         ),
     ];
-    for (method, own) in methods() {
+    for (method, rules) in methods() {
         for (robot, places) in cases {
-            let mut map = HostMapper::new(method, own, square(), 6);
+            let mut map = HostMapper::new(method, &rules, square(), 6);
             // Three sensors at each mounting: the trimmed grid answers only where 2t + 1 saw a cell.
             for (number, mounting) in (1..).zip([0, 0, 0, 1, 1, 1].map(|i: usize| mountings[i])) {
                 let look = robot.compose(mounting);
@@ -371,7 +385,7 @@ fn defect_6_sensors_mounted_at_0_and_90_degrees_draw_in_their_own_directions() {
                 .collect();
             let mut expected = places.map(|(x, y)| geometry.cell_at(Point::from_mm(x, y)).unwrap());
             expected.sort_unstable();
-            assert_eq!(drawn, expected, "{method} {own:?} from {robot:?}");
+            assert_eq!(drawn, expected, "{method} {rules:?} from {robot:?}");
         }
     }
 }

@@ -5,7 +5,7 @@ use super::overview::overview;
 use super::panels::{Mark, Panel, side_by_side};
 use super::table::{row, table};
 use super::{Failure, map_image, output};
-use crate::experiment::{Crew, MethodResult, Run, STEP_MS, Setup, Truth};
+use crate::experiment::{Crew, Length, MethodResult, Run, STEP_MS, Setup, Truth};
 use crate::export::{OutDir, write_grey_png};
 use crate::fault::FaultSpec;
 use crate::fusion::Method;
@@ -114,18 +114,27 @@ impl Arguments {
             None => World::built_in(),
         };
         let sweep = u32::from(SWEEP.directions()) * u32::from(self.sensors.count());
+        let length = Length::Readings(self.readings.unwrap_or(SWEEPS * sweep));
+        let crew = self.sensors.clone();
         Ok(Setup {
-            world: Arc::new(world),
-            crew: self.sensors.clone(),
             faults: self.faults(),
-            readings: self.readings.unwrap_or(SWEEPS * sweep),
-            methods: match self.fusion {
-                FusionArgument::All => Method::ALL.to_vec(),
-                FusionArgument::One(method) => vec![method],
-            },
-            seed: self.seed,
+            ..Setup::smart_car(Arc::new(world), crew, length, self.seed)
         })
     }
+
+    fn methods(&self) -> Vec<Method> {
+        match self.fusion {
+            FusionArgument::All => Method::ALL.to_vec(),
+            FusionArgument::One(method) => vec![method],
+        }
+    }
+}
+
+/// A run and what the methods made of it.
+#[derive(Debug)]
+struct Simulated {
+    run: Run,
+    methods: Vec<MethodResult>,
 }
 
 /// Runs the simulation and reports.
@@ -133,18 +142,24 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     output::check_listable(arguments.json, &arguments.out)?;
     let setup = arguments.setup()?;
     let run = setup.run().map_err(|error| Failure::input(&error))?;
+    let methods = arguments.methods().into_iter();
+    let simulated = Simulated {
+        methods: methods.map(|method| run.fuse(method)).collect(),
+        run,
+    };
     let out = OutDir::create(&arguments.out).map_err(|error| Failure::input(&error))?;
-    let files = draw(&run, &out)?;
+    let files = draw(&simulated, &out)?;
     if arguments.json {
-        output::print_json(&Report::new(&run, &files))
+        output::print_json(&Report::new(&simulated, &files))
     } else {
-        output::print(&told(&run, &arguments.out))
+        output::print(&told(&simulated, &arguments.out))
     }
 }
 
 /// Writes the pictures: the truth, each method's map, and all of them in one.
-fn draw(run: &Run, out: &OutDir) -> Result<Vec<PathBuf>, Failure> {
+fn draw(simulated: &Simulated, out: &OutDir) -> Result<Vec<PathBuf>, Failure> {
     const ZOOM: NonZeroU32 = NonZeroU32::new(24).unwrap();
+    let Simulated { run, methods } = simulated;
     let geometry = run.reference.geometry();
     let truth: Vec<_> = run
         .reference
@@ -153,8 +168,11 @@ fn draw(run: &Run, out: &OutDir) -> Result<Vec<PathBuf>, Failure> {
         .map(|truth| truth.certainty())
         .collect();
     let mut maps = vec![("truth", truth.as_slice())];
-    let methods = run.methods.iter();
-    maps.extend(methods.map(|result| (result.method.name(), result.cells.as_slice())));
+    maps.extend(
+        methods
+            .iter()
+            .map(|result| (result.method.name(), result.cells.as_slice())),
+    );
     let mut files = Vec::new();
     for &(name, cells) in &maps {
         let image = map_image(&geometry, cells)?;
@@ -175,7 +193,7 @@ fn draw(run: &Run, out: &OutDir) -> Result<Vec<PathBuf>, Failure> {
 #[derive(Debug, Serialize)]
 struct Report {
     seed: u64,
-    readings: u32,
+    readings: usize,
     world: WorldReport,
     methods: Vec<MethodReport>,
     sensors: Vec<SensorReport>,
@@ -210,9 +228,10 @@ struct SensorReport {
 }
 
 impl Report {
-    fn new(run: &Run, files: &[PathBuf]) -> Self {
+    fn new(simulated: &Simulated, files: &[PathBuf]) -> Self {
+        let Simulated { run, methods } = simulated;
         let geometry = run.reference.geometry();
-        let methods = run.methods.iter().map(|result| MethodReport {
+        let methods = methods.iter().map(|result| MethodReport {
             name: result.method.name(),
             mae: result.score.mae,
             mse: result.score.mse,
@@ -222,26 +241,25 @@ impl Report {
         });
         Self {
             seed: run.setup.seed,
-            readings: run.setup.readings,
+            readings: run.readings.len(),
             world: WorldReport {
                 width: geometry.columns(),
                 height: geometry.rows(),
                 cell_mm: geometry.cell_size().get(),
             },
             methods: methods.collect(),
-            sensors: sensors(run),
+            sensors: sensors(simulated),
             files: output::listed(files),
         }
     }
 }
 
 /// What is known of the sensors: by the robust grid, which learns it, if it was run.
-fn sensors(run: &Run) -> Vec<SensorReport> {
-    let learned = run
-        .methods
+fn sensors(Simulated { run, methods }: &Simulated) -> Vec<SensorReport> {
+    let learned = methods
         .iter()
         .find(|result| result.method == Method::Robust);
-    let Some(MethodResult { health, .. }) = learned.or(run.methods.first()) else {
+    let Some(MethodResult { health, .. }) = learned.or(methods.first()) else {
         return Vec::new();
     };
     let known = health.iter().zip(run.setup.crew.members());
@@ -261,7 +279,8 @@ fn sensors(run: &Run) -> Vec<SensorReport> {
 }
 
 /// The report for people.
-fn told(run: &Run, out: &Path) -> String {
+fn told(simulated: &Simulated, out: &Path) -> String {
+    let Simulated { run, methods } = simulated;
     let setup = &run.setup;
     let faults: Vec<String> = setup.faults.iter().map(ToString::to_string).collect();
     let faults = if faults.is_empty() {
@@ -273,7 +292,7 @@ fn told(run: &Run, out: &Path) -> String {
         "world: {}   sensors: {}   readings: {}   seed: {}\nfault: {faults}\n\n",
         setup.world.name(),
         setup.crew,
-        setup.readings,
+        run.readings.len(),
         setup.seed
     );
 
@@ -283,7 +302,7 @@ fn told(run: &Run, out: &Path) -> String {
         title: "truth".into(),
         marks: truth.iter().map(ideal).collect(),
     }];
-    panels.extend(run.methods.iter().map(|result| {
+    panels.extend(methods.iter().map(|result| {
         Panel {
             title: result.method.name().into(),
             marks: result
@@ -299,7 +318,7 @@ fn told(run: &Run, out: &Path) -> String {
     text += "\nThe truth is what perfect sensors would have drawn with the same looks.\n\n";
 
     let mut rows = vec![row(["method", "MAE", "MSE", "missed", "ghost", "bytes"])];
-    rows.extend(run.methods.iter().map(|result| {
+    rows.extend(methods.iter().map(|result| {
         let score = &result.score;
         vec![
             result.method.to_string(),
@@ -313,7 +332,7 @@ fn told(run: &Run, out: &Path) -> String {
     text += &table(&rows);
 
     let mut rows = vec![[row(["sensor", "fault"]), row(HealthReport::COLUMNS)].concat()];
-    rows.extend(sensors(run).into_iter().map(|sensor| {
+    rows.extend(sensors(simulated).into_iter().map(|sensor| {
         let mut cells = vec![
             format!("{} ({})", sensor.id, sensor.model),
             sensor.fault.unwrap_or_else(|| "-".into()),
@@ -323,9 +342,9 @@ fn told(run: &Run, out: &Path) -> String {
     }));
     text.push('\n');
     text += &table(&rows);
-    text += caveat(run.methods.iter().map(|result| result.method));
+    text += caveat(methods.iter().map(|result| result.method));
     let seconds =
-        f64::from(setup.readings) / f64::from(setup.crew.count()) * f64::from(STEP_MS) / 1e3;
+        run.readings.len() as f64 / f64::from(setup.crew.count()) * f64::from(STEP_MS) / 1e3;
     text += &format!(
         "\n{seconds:.0} s of the car's time; pictures in {}: overview.png shows all maps\n",
         out.display()

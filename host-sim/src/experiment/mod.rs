@@ -2,10 +2,12 @@
 
 mod crew;
 mod reference;
+mod rig;
 mod run;
 mod score;
 
 pub use crew::{Crew, CrewError, CrewMember};
 pub use reference::{Reference, Truth};
-pub use run::{MethodResult, Run, STEP_MS, Setup, SetupError};
+pub use rig::{Mounting, Overlap, Profile, Rig, RigError};
+pub use run::{Length, MethodResult, Run, STEP_MS, Setup, SetupError, TakenReading};
 pub use score::Score;

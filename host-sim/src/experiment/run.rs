@@ -1,8 +1,8 @@
 //! One run: the same readings through every method, measured against perfect sensors.
 
-use super::{Crew, Reference, Score};
+use super::{Crew, Profile, Reference, Rig, Score};
 use crate::fault::{FaultSpec, Faulty, SpecError, assign};
-use crate::fusion::{HostMapper, Method, Own};
+use crate::fusion::{FusionRules, HostMapper, Method};
 use crate::replay::RecordedBeam;
 use crate::transducer::{Gp2d02Unit, Look, PerfectSensor, Sensor, SimulatedGp2d02};
 use crate::world::World;
@@ -11,13 +11,21 @@ use certainty_core::fusion::{Beam, BeamModel, Shape};
 use certainty_core::health::Health;
 use certainty_core::sensor::SensorId;
 use certainty_core::units::Ticks;
-use certainty_firmware::smart_car::{self, FARTHEST, NEAREST, SmartCarShape};
-use fixed::types::U0F16;
+use certainty_firmware::smart_car::{FARTHEST, NEAREST, SmartCarShape};
 use std::sync::Arc;
 
 /// Milliseconds from one step of the sweep to the next: a conversion takes up to 70, turning the
 /// head the rest.
 pub const STEP_MS: u32 = 100;
+
+/// How long a run is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Length {
+    /// Until so many readings are taken, of all sensors together.
+    Readings(u32),
+    /// Until every head had so many turns; a sensor that chatters takes more readings in them.
+    Steps(u32),
+}
 
 /// What a run is made of.
 #[derive(Debug, Clone)]
@@ -26,12 +34,16 @@ pub struct Setup {
     pub world: Arc<World>,
     /// Which sensors it carries.
     pub crew: Crew,
+    /// Where they sit and look.
+    pub rig: Rig,
+    /// How their readings are spread over cells.
+    pub profile: Profile,
     /// What is wrong with them.
     pub faults: Vec<FaultSpec>,
-    /// How many readings are taken, of all sensors together.
-    pub readings: u32,
-    /// The methods to compare.
-    pub methods: Vec<Method>,
+    /// How long it is.
+    pub length: Length,
+    /// What the methods leave open.
+    pub fusion: FusionRules,
     /// Names the run: the same seed gives the same bytes.
     pub seed: u64,
 }
@@ -59,113 +71,116 @@ pub struct MethodResult {
     pub health: Vec<(SensorId, Health)>,
 }
 
-/// A finished run.
+/// A set-up whose readings are taken, for as many methods as one likes.
 #[derive(Debug, Clone)]
 pub struct Run {
     /// What it was made of.
     pub setup: Setup,
-    /// The grid of perfect sensors.
+    /// The readings in their order.
+    pub readings: Vec<TakenReading>,
+    /// The grid of perfect sensors that look where the real ones looked.
     pub reference: Reference,
-    /// The methods in the order asked for.
-    pub methods: Vec<MethodResult>,
+}
+
+/// A reading, and what only a simulator knows of it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TakenReading {
+    /// The beam with its sensor and time.
+    pub beam: RecordedBeam,
+    /// Whether a fault spoiled it, or may have.
+    pub spoilt: bool,
 }
 
 impl Setup {
-    /// Takes the readings and fuses them by every method.
-    ///
-    /// The trimmed and the median method let each sensor accumulate its own grid: beams 5° apart
-    /// cross the same cells, and the latest word of one that grazes an obstacle's cell would erase
-    /// what a dozen before it saw.
+    /// The shipped car in `world` with the core's defaults, every sensor sound.
+    #[must_use]
+    pub fn smart_car(world: Arc<World>, crew: Crew, length: Length, seed: u64) -> Self {
+        Self {
+            world,
+            crew,
+            rig: Rig::SMART_CAR,
+            profile: Profile::default(),
+            faults: Vec::new(),
+            length,
+            fusion: FusionRules::default(),
+            seed,
+        }
+    }
+
+    /// Returns how each sensor's readings are spread over cells, in the order of their numbers.
+    #[must_use]
+    pub fn models(&self) -> Vec<BeamModel> {
+        let members = self.crew.members().iter();
+        members
+            .map(|member| self.profile.model(member.model.accuracy()))
+            .collect()
+    }
+
+    /// Takes the readings.
     ///
     /// # Errors
     ///
     /// [`SetupError`] for a fault of a sensor that is not there.
-    ///
-    /// # Panics
-    ///
-    /// Never: a crew has at most 15 sensors.
     pub fn run(self) -> Result<Run, SetupError> {
-        let beams = self.take_readings()?;
-        let exact = smart_car::beam_model(U0F16::ZERO);
-        let models: Vec<_> = self
-            .crew
-            .members()
-            .iter()
-            .map(|m| model(m.model.accuracy()))
-            .collect();
+        let readings = self.take_readings()?;
         let reference = Reference::new(
             SmartCarShape.geometry(),
-            &exact,
-            PerfectSensor::new(Arc::clone(&self.world), NEAREST, FARTHEST),
-            beams.iter().map(|beam| Look {
-                origin: beam.origin,
-                bearing: beam.bearing,
-                at: beam.at,
-            }),
+            &self.profile.model(0.0),
+            self.perfect_sensor(),
+            readings.iter().map(|taken| taken.look()),
         );
-        let fuse = |&method: &Method| {
-            let mut mapper = HostMapper::new(
-                method,
-                Own::Accumulated,
-                SmartCarShape.geometry(),
-                self.crew.count(),
-            );
-            for recorded in &beams {
-                let beam = Beam::from(recorded);
-                let model = &models[recorded.sensor.slot()];
-                mapper
-                    .integrate(recorded.sensor, &beam, model, recorded.at)
-                    .expect("the crew is the mapper's");
-            }
-            let cells = mapper.cells();
-            MethodResult {
-                method,
-                score: Score::of(&cells, reference.cells()),
-                cells,
-                bytes: mapper.memory_bytes(),
-                health: mapper.health(),
-            }
-        };
-        let methods = self.methods.iter().map(fuse).collect();
         Ok(Run {
             setup: self,
+            readings,
             reference,
-            methods,
         })
     }
 
-    /// Lets every head look in turn, step after step of the sweep, until enough readings are taken.
+    /// A sensor of the GP2D02's range that does not err.
+    fn perfect_sensor(&self) -> PerfectSensor {
+        PerfectSensor::new(Arc::clone(&self.world), NEAREST, FARTHEST)
+    }
+
+    /// Lets every head look in turn, step after step of the sweep.
     ///
     /// A sensor that chatters reports more often than its turn comes; what it reports counts as
     /// readings too.
-    fn take_readings(&self) -> Result<Vec<RecordedBeam>, SetupError> {
+    fn take_readings(&self) -> Result<Vec<TakenReading>, SetupError> {
         let heads = self.crew.count();
         let mut sensors = self.sensors()?;
-        let mut beams = Vec::with_capacity(self.readings as usize);
-        for step in 0_u32.. {
-            let start = Ticks::new(step.wrapping_mul(STEP_MS));
+        let (steps, most) = match self.length {
+            Length::Readings(readings) => (u32::MAX, readings as usize),
+            Length::Steps(steps) => (steps, usize::MAX),
+        };
+        let mut readings = Vec::new();
+        for step in 0..steps {
+            let at = Ticks::new(step.wrapping_mul(STEP_MS));
             for (slot, (id, sensor)) in (0_u8..).zip(&mut sensors) {
-                let pose = smart_car::look(slot, heads, step);
+                let pose = self.rig.look(slot, heads, step);
                 let look = Look {
                     origin: pose.at,
                     bearing: pose.heading,
-                    at: start,
+                    at,
                 };
-                for _ in 0..sensor.reports_per_turn(start) {
-                    if beams.len() == self.readings as usize {
-                        return Ok(beams);
+                for _ in 0..sensor.reports_per_turn(at) {
+                    if readings.len() == most {
+                        return Ok(readings);
                     }
-                    beams.push(RecordedBeam {
+                    let beam = RecordedBeam {
                         at: look.at,
                         sensor: *id,
                         origin: look.origin,
                         bearing: look.bearing,
                         reading: sensor.sense(&look),
+                    };
+                    readings.push(TakenReading {
+                        beam,
+                        spoilt: sensor.spoilt_last(),
                     });
                 }
             }
         }
-        Ok(beams)
+        Ok(readings)
     }
 
     /// The crew at its places, each a real unit of its own, with its faults.
@@ -192,7 +207,57 @@ impl Setup {
     }
 }
 
-/// The beam of a sensor with this accuracy, a fraction.
-fn model(accuracy: f64) -> BeamModel {
-    smart_car::beam_model(U0F16::saturating_from_num(accuracy))
+impl Run {
+    /// Fuses the readings by `method` and scores its map.
+    ///
+    /// # Panics
+    ///
+    /// Never: the mapper is made for the crew.
+    #[must_use]
+    pub fn fuse(&self, method: Method) -> MethodResult {
+        self.fuse_watching(method, |_, _| {})
+    }
+
+    /// Fuses the readings by `method`, letting `watch` see every reading and the map after it.
+    ///
+    /// # Panics
+    ///
+    /// Never: the mapper is made for the crew.
+    pub fn fuse_watching(
+        &self,
+        method: Method,
+        mut watch: impl FnMut(&TakenReading, &HostMapper),
+    ) -> MethodResult {
+        let crew = self.setup.crew.count();
+        let geometry = self.reference.geometry();
+        let mut mapper = HostMapper::new(method, &self.setup.fusion, geometry, crew);
+        let models = self.setup.models();
+        for taken in &self.readings {
+            let beam = Beam::from(&taken.beam);
+            let model = &models[taken.beam.sensor.slot()];
+            mapper
+                .integrate(taken.beam.sensor, &beam, model, taken.beam.at)
+                .expect("the crew is the mapper's");
+            watch(taken, &mapper);
+        }
+        let cells = mapper.cells();
+        MethodResult {
+            method,
+            score: Score::of(&cells, self.reference.cells()),
+            cells,
+            bytes: mapper.memory_bytes(),
+            health: mapper.health(),
+        }
+    }
+}
+
+impl TakenReading {
+    /// Where the sensor looked, and when.
+    const fn look(&self) -> Look {
+        Look {
+            origin: self.beam.origin,
+            bearing: self.beam.bearing,
+            at: self.beam.at,
+        }
+    }
 }

@@ -28,6 +28,7 @@ pub struct Faulty<S> {
     sensor: S,
     faults: Vec<Instance>,
     readings: u64,
+    spoilt: bool,
     bursts: Bursts,
 }
 
@@ -136,6 +137,7 @@ impl<S: Sensor> Faulty<S> {
             sensor,
             faults,
             readings: 0,
+            spoilt: false,
             bursts: Bursts::default(),
         }
     }
@@ -167,12 +169,12 @@ impl<S: Sensor> Faulty<S> {
         self.readings
     }
 
-    /// Tells whether any fault spoils, or may spoil, the next reading if it is taken `at`.
+    /// Tells whether a fault spoiled, or may have spoiled, the last reading.
     ///
-    /// Of an intermittent fault, whether its burst was on at the last reading.
+    /// Chatter does not: it repeats what is measured.
     #[must_use]
-    pub fn is_faulty(&self, at: Ticks) -> bool {
-        self.faults.iter().any(|i| i.is_active(self.readings, at))
+    pub const fn spoilt_last(&self) -> bool {
+        self.spoilt
     }
 }
 
@@ -180,11 +182,14 @@ impl<S: Sensor> Sensor for Faulty<S> {
     fn sense(&mut self, look: &Look) -> Reading {
         let mut reading = self.sensor.sense(look);
         let range = self.sensor.range();
+        self.spoilt = false;
         for instance in &mut self.faults {
             let (change, chance): (f64, f64) = instance.rng.random();
             instance.step(change, self.bursts);
             if instance.is_active(self.readings, look.at) {
-                reading = spoilt(reading, instance.fault.defect, chance, range);
+                let defect = instance.fault.defect;
+                reading = spoilt(reading, defect, chance, range);
+                self.spoilt |= !matches!(defect, Defect::Chatter(_));
             }
         }
         self.readings += 1;

@@ -5,7 +5,7 @@ mod report;
 use super::{Failure, map_image, output, progress};
 use crate::export::{OutDir, write_grey_png, write_ros_map};
 use crate::fault::{FaultSpec, Faulty, assign};
-use crate::fusion::{HostMapper, Method, Own};
+use crate::fusion::{FusionRules, HostMapper, Method};
 use crate::quantity;
 use crate::replay::{Format, LoadOptions, RecordedBeam, Recording, load};
 use crate::transducer::{Look, Sensor};
@@ -143,7 +143,12 @@ impl Arguments {
         let recorded = || Recorded::new(self.max_range);
         let sensors = (0..).map_while(SensorId::from_slot).zip(faults);
         Ok(Replay {
-            mapper: HostMapper::new(self.fusion, Own::Accumulated, geometry, recording.sensors),
+            mapper: HostMapper::new(
+                self.fusion,
+                &FusionRules::default(),
+                geometry,
+                recording.sensors,
+            ),
             sensors: sensors
                 .map(|(id, faults)| Faulty::new(recorded(), id, faults, self.seed))
                 .collect(),

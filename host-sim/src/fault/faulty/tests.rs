@@ -312,8 +312,24 @@ fn faulty_sensors_in_boxes_are_sensors() {
     let boxed: Box<dyn Sensor + Send> = Box::new(faulty(&[echo(400)], &["bias:1=100mm"], 1));
     let again = vec!["scale:1=0.5".parse::<FaultSpec>().unwrap().fault];
     let mut twice = Faulty::new(boxed, SensorId::new(1).unwrap(), again, 1);
-    assert!(twice.is_faulty(Ticks::new(0)));
+    assert!(!twice.spoilt_last());
     assert_eq!(twice.sense(&look(0)), echo(250));
+    assert!(twice.spoilt_last());
     assert_eq!(twice.range(), (NEAR, FAR));
     assert_eq!(twice.reports_per_turn(Ticks::new(0)), 2);
+}
+
+#[test]
+fn a_reading_is_spoilt_while_a_fault_is_active_and_by_chatter_never() {
+    let spoils = |spec: &str| {
+        let mut sensor = faulty(&[echo(400)], &[spec], 1);
+        let mut told = Vec::new();
+        for n in 0..4 {
+            sensor.sense(&look(n * 100));
+            told.push(sensor.spoilt_last());
+        }
+        told
+    };
+    assert_eq!(spoils("stuck-far:1@1..3"), [false, true, true, false]);
+    assert_eq!(spoils("chatter:1=4"), [false; 4]);
 }
