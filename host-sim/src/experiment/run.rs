@@ -76,6 +76,8 @@ pub struct MethodResult {
 pub struct Run {
     /// What it was made of.
     pub setup: Setup,
+    /// How each sensor's readings are spread over cells, in the order of their numbers.
+    pub models: Vec<BeamModel>,
     /// The readings in their order.
     pub readings: Vec<TakenReading>,
     /// The grid of perfect sensors that look where the real ones looked.
@@ -107,9 +109,8 @@ impl Setup {
         }
     }
 
-    /// Returns how each sensor's readings are spread over cells, in the order of their numbers.
-    #[must_use]
-    pub fn models(&self) -> Vec<BeamModel> {
+    /// How each sensor's readings are spread over cells, in the order of their numbers.
+    fn models(&self) -> Vec<BeamModel> {
         let members = self.crew.members().iter();
         members
             .map(|member| self.profile.model(member.model.accuracy()))
@@ -130,6 +131,7 @@ impl Setup {
             readings.iter().map(|taken| taken.look()),
         );
         Ok(Run {
+            models: self.models(),
             setup: self,
             readings,
             reference,
@@ -231,10 +233,9 @@ impl Run {
         let crew = self.setup.crew.count();
         let geometry = self.reference.geometry();
         let mut mapper = HostMapper::new(method, &self.setup.fusion, geometry, crew);
-        let models = self.setup.models();
         for taken in &self.readings {
             let beam = Beam::from(&taken.beam);
-            let model = &models[taken.beam.sensor.slot()];
+            let model = &self.models[taken.beam.sensor.slot()];
             mapper
                 .integrate(taken.beam.sensor, &beam, model, taken.beam.at)
                 .expect("the crew is the mapper's");
