@@ -10,6 +10,7 @@
 //! | [`experiment`] | the Smart Car in a world, scored against perfect sensors |
 //! | [`export`] | pictures and maps for other programs |
 //! | [`quantity`] | lengths, angles and times with their units |
+//! | [`toml_file`] | files that people write, and complaints with their line |
 //! | [`cli`] | the program `certainty` |
 
 pub mod cli;
@@ -19,5 +20,6 @@ pub mod fault;
 pub mod fusion;
 pub mod quantity;
 pub mod replay;
+pub mod toml_file;
 pub mod transducer;
 pub mod world;

@@ -6,17 +6,15 @@
 
 use super::{Obstacle, ObstacleError, World};
 use crate::quantity::{self, QuantityError, SignedMillimeters};
+use crate::toml_file::{self, TomlError, TomlFile};
 use certainty_core::units::{BinaryAngle, Millimeters, Point};
 use core::ops::Range;
 use serde::de::{Deserialize, Deserializer, Error as _};
-use std::fs::File;
-use std::io::{self, Read};
-use std::path::{Path, PathBuf};
-use thiserror::Error;
+use std::path::Path;
 use toml::Spanned;
 
-/// Largest world file that is read, in bytes: some 40 000 obstacles.
-const MOST_BYTES: u64 = 4 << 20;
+/// What the file is called in errors.
+const WHAT: &str = "world file";
 
 /// How thick a wall is that does not say.
 const WALL_THICKNESS: Millimeters = Millimeters::new(20);
@@ -25,59 +23,14 @@ const WALL_THICKNESS: Millimeters = Millimeters::new(20);
 const SAMPLE: &str =
     r#"add for example: [[disc]] center = ["0mm", "500mm"] radius = "80mm", on three lines"#;
 
-/// Why a world file was refused; displays as one line.
-#[derive(Debug, Error)]
-pub enum WorldError {
-    /// The file cannot be read.
-    #[error("{}: cannot read the world file: {source}; check the path", file.display())]
-    Unreadable {
-        /// Its path.
-        file: PathBuf,
-        /// What the system said.
-        source: io::Error,
-    },
-    /// The file is larger than any world needs to be.
-    #[error("{}: over 4 MiB, which is no world file; check the path", file.display())]
-    TooLong {
-        /// Its path.
-        file: PathBuf,
-    },
-    /// Something in the file is not as it should be.
-    #[error("{file}:{line}: {problem}")]
-    Invalid {
-        /// The name it was given.
-        file: String,
-        /// The line, from 1.
-        line: usize,
-        /// What is wrong and what to do.
-        problem: String,
-    },
-}
-
 impl World {
     /// Reads the world file at `path`.
     ///
     /// # Errors
     ///
-    /// [`WorldError`] says in one line which file and line are wrong and what to do.
-    pub fn load(path: &Path) -> Result<Self, WorldError> {
-        let unreadable = |source| WorldError::Unreadable {
-            file: path.to_owned(),
-            source,
-        };
-        let mut bytes = Vec::new();
-        // One byte more than is allowed tells a long file, or a device without end.
-        File::open(path)
-            .map_err(unreadable)?
-            .take(MOST_BYTES + 1)
-            .read_to_end(&mut bytes)
-            .map_err(unreadable)?;
-        if bytes.len() as u64 > MOST_BYTES {
-            return Err(WorldError::TooLong {
-                file: path.to_owned(),
-            });
-        }
-        Self::parse(&bytes, &path.display().to_string())
+    /// [`TomlError`] says in one line which file and line are wrong and what to do.
+    pub fn load(path: &Path) -> Result<Self, TomlError> {
+        Self::parse(&toml_file::read(path, WHAT)?, &path.display().to_string())
     }
 
     /// Reads a world from the bytes of a world file, which errors call `file`.
@@ -98,37 +51,27 @@ impl World {
     ///     wrong.unwrap_err().to_string(),
     ///     "disc.toml:3: '8' has no unit: write a length such as 100mm, 35cm or 8m"
     /// );
-    /// # Ok::<(), certainty_sim::world::WorldError>(())
+    /// # Ok::<(), certainty_sim::toml_file::TomlError>(())
     /// ```
     ///
     /// # Errors
     ///
-    /// [`WorldError::Invalid`] names the line and what to do.
-    pub fn parse(bytes: &[u8], file: &str) -> Result<Self, WorldError> {
-        let invalid = |offset: usize, problem: String| WorldError::Invalid {
-            file: file.to_owned(),
-            line: line_of(bytes, offset),
-            problem,
+    /// [`TomlError::Invalid`] names the line and what to do.
+    pub fn parse(bytes: &[u8], file: &str) -> Result<Self, TomlError> {
+        let file = TomlFile {
+            file,
+            bytes,
+            what: WHAT,
         };
-        let text = core::str::from_utf8(bytes).map_err(|e| {
-            let problem = "not UTF-8 text; a world file is TOML";
-            invalid(e.valid_up_to(), problem.to_owned())
-        })?;
-        let parsed: WorldFile = toml::from_str(text).map_err(|e| {
-            let offset = e.span().map_or(0, |span| span.start);
-            invalid(offset, one_line(e.message()))
-        })?;
+        let parsed: WorldFile = file.parse()?;
         let obstacles = parsed
             .obstacles()
-            .map_err(|(at, e)| invalid(at.start, e.to_string()))?;
+            .map_err(|(at, e)| file.invalid(at.start, e.to_string()))?;
         if obstacles.is_empty() {
-            return Err(invalid(
-                bytes.len(),
-                format!("the world has no obstacle: {SAMPLE}"),
-            ));
+            return Err(file.invalid(bytes.len(), format!("the world has no obstacle: {SAMPLE}")));
         }
         Ok(Self::new(
-            parsed.name.unwrap_or_else(|| file.to_owned()),
+            parsed.name.unwrap_or_else(|| file.file.to_owned()),
             obstacles,
         ))
     }
@@ -233,30 +176,4 @@ impl<'de> Deserialize<'de> for Angle {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         quantity(deserializer, quantity::angle).map(Self)
     }
-}
-
-/// The line, from 1, of the byte at `offset`.
-fn line_of(bytes: &[u8], offset: usize) -> usize {
-    let before = bytes.get(..offset).unwrap_or(bytes);
-    1 + before.iter().filter(|&&byte| byte == b'\n').count()
-}
-
-/// A message as one line: breaks joined, control characters escaped, cut where it rambles.
-fn one_line(message: &str) -> String {
-    const MOST: usize = 300;
-    let joined = message
-        .lines()
-        .map(str::trim)
-        .filter(|line| !line.is_empty())
-        .collect::<Vec<_>>()
-        .join("; ");
-    let mut line = String::new();
-    for c in joined.chars().take(MOST) {
-        if c.is_control() {
-            line.extend(c.escape_default());
-        } else {
-            line.push(c);
-        }
-    }
-    line
 }

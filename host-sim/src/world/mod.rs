@@ -16,7 +16,6 @@ mod obstacle;
 mod random;
 
 pub use builtin::SMART_CAR;
-pub use file::WorldError;
 pub use obstacle::{Obstacle, ObstacleError};
 pub use random::{Layout, LayoutError};
 

@@ -288,7 +288,7 @@ fn an_endless_file_is_not_read_to_its_end() {
     if endless.exists() {
         assert!(matches!(
             World::load(endless),
-            Err(WorldError::TooLong { .. })
+            Err(crate::toml_file::TomlError::TooLong { .. })
         ));
     }
 }

@@ -1,0 +1,128 @@
+//! Reading TOML files that people write: bounded, and every complaint with its line.
+
+use serde::de::DeserializeOwned;
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// Largest file that is read, in bytes: some 40 000 obstacles.
+const MOST_BYTES: u64 = 4 << 20;
+
+/// Why a file was refused; displays as one line.
+#[derive(Debug, Error)]
+pub enum TomlError {
+    /// The file cannot be read.
+    #[error("{}: cannot read the {what}: {source}; check the path", file.display())]
+    Unreadable {
+        /// Its path.
+        file: PathBuf,
+        /// What it should be.
+        what: &'static str,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The file is larger than any needs to be.
+    #[error("{}: over 4 MiB, which is no {what}; check the path", file.display())]
+    TooLong {
+        /// Its path.
+        file: PathBuf,
+        /// What it should be.
+        what: &'static str,
+    },
+    /// Something in the file is not as it should be.
+    #[error("{file}:{line}: {problem}")]
+    Invalid {
+        /// The name it was given.
+        file: String,
+        /// The line, from 1.
+        line: usize,
+        /// What is wrong and what to do.
+        problem: String,
+    },
+}
+
+/// Reads the file at `path`, which should be a `what`.
+///
+/// # Errors
+///
+/// [`TomlError`] where it cannot be read or is too long.
+pub fn read(path: &Path, what: &'static str) -> Result<Vec<u8>, TomlError> {
+    let unreadable = |source| TomlError::Unreadable {
+        file: path.to_owned(),
+        what,
+        source,
+    };
+    let mut bytes = Vec::new();
+    // One byte more than is allowed tells a long file, or a device without end.
+    File::open(path)
+        .map_err(unreadable)?
+        .take(MOST_BYTES + 1)
+        .read_to_end(&mut bytes)
+        .map_err(unreadable)?;
+    if bytes.len() as u64 > MOST_BYTES {
+        let file = path.to_owned();
+        return Err(TomlError::TooLong { file, what });
+    }
+    Ok(bytes)
+}
+
+/// The bytes of a file, and what errors call it.
+#[derive(Debug, Clone, Copy)]
+pub struct TomlFile<'a> {
+    /// Its name.
+    pub file: &'a str,
+    /// Its content.
+    pub bytes: &'a [u8],
+    /// What it should be.
+    pub what: &'static str,
+}
+
+impl TomlFile<'_> {
+    /// Reads the content as a `T`.
+    ///
+    /// # Errors
+    ///
+    /// [`TomlError::Invalid`] names the line and what to do.
+    pub fn parse<T: DeserializeOwned>(&self) -> Result<T, TomlError> {
+        let text = core::str::from_utf8(self.bytes).map_err(|e| {
+            let problem = format!("not UTF-8 text; a {} is TOML", self.what);
+            self.invalid(e.valid_up_to(), problem)
+        })?;
+        toml::from_str(text).map_err(|e| {
+            let offset = e.span().map_or(0, |span| span.start);
+            self.invalid(offset, one_line(e.message()))
+        })
+    }
+
+    /// A complaint about the byte at `offset`.
+    #[must_use]
+    pub fn invalid(&self, offset: usize, problem: String) -> TomlError {
+        let before = self.bytes.get(..offset).unwrap_or(self.bytes);
+        TomlError::Invalid {
+            file: self.file.to_owned(),
+            line: 1 + before.iter().filter(|&&byte| byte == b'\n').count(),
+            problem,
+        }
+    }
+}
+
+/// A message as one line: breaks joined, control characters escaped, cut where it rambles.
+fn one_line(message: &str) -> String {
+    const MOST: usize = 300;
+    let joined = message
+        .lines()
+        .map(str::trim)
+        .filter(|line| !line.is_empty())
+        .collect::<Vec<_>>()
+        .join("; ");
+    let mut line = String::new();
+    for c in joined.chars().take(MOST) {
+        if c.is_control() {
+            line.extend(c.escape_default());
+        } else {
+            line.push(c);
+        }
+    }
+    line
+}
