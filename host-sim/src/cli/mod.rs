@@ -3,9 +3,11 @@
 //! Results go to stdout, everything else to stderr. Exit code 0; 2 for bad input or usage, with one
 //! line that says what, where and what to do; 1 for a fault of our own.
 
+mod campaign;
 mod compare;
 mod failure;
 mod health;
+mod jobs;
 mod output;
 mod overview;
 mod panels;
@@ -40,6 +42,8 @@ enum Command {
     Replay(replay::Arguments),
     /// Two maps (PGM + YAML): where they agree, what is missed, what is a ghost
     Compare(compare::Arguments),
+    /// Every method against every fault, beside an oracle: maps and sensor health
+    Campaign(campaign::Arguments),
 }
 
 /// A map's cells with the frame that its grid gives them.
@@ -58,6 +62,7 @@ pub fn main() -> ExitCode {
             Command::Simulate(arguments) => simulate::run(&arguments),
             Command::Replay(arguments) => replay::run(&arguments),
             Command::Compare(arguments) => compare::run(&arguments),
+            Command::Campaign(arguments) => campaign::run(&arguments),
         },
         Err(error) => failure::usage(&error),
     };

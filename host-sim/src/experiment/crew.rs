@@ -32,8 +32,10 @@ impl Crew {
     /// Most sensors that fit on the bumper.
     pub const MOST: usize = 15;
 
-    /// Returns the first `count` sensors of Table 1, round and round.
-    fn of_table_1(count: usize) -> Self {
+    /// Returns the first `count` sensors of Table 1, round and round; 1 to [`Self::MOST`] of them.
+    #[must_use]
+    pub fn of_table_1(count: usize) -> Self {
+        let count = count.clamp(1, Self::MOST);
         let table = SensorModel::TABLE_1.iter().cycle().take(count);
         Self(
             table

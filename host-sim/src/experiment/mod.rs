@@ -1,11 +1,13 @@
 //! The Smart Car in a world, and how well each way to fuse its readings draws that world.
 
+pub mod campaign;
 mod crew;
 mod oracle;
 mod reference;
 mod rig;
 mod run;
 mod score;
+mod statistics;
 
 pub use crew::{Crew, CrewError, CrewMember};
 pub use oracle::Oracle;
@@ -13,3 +15,4 @@ pub use reference::{Reference, Truth};
 pub use rig::{Mounting, Overlap, Profile, Rig, RigError};
 pub use run::{Length, MethodResult, Run, STEP_MS, Setup, SetupError, TakenReading};
 pub use score::Score;
+pub use statistics::{Estimate, Waits, standard_deviation};

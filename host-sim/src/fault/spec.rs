@@ -107,18 +107,32 @@ pub struct FaultSpec {
 
 impl fmt::Display for FaultSpec {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Fault {
+        self.fault.write(f, format_args!(":{}", self.sensor))
+    }
+}
+
+impl fmt::Display for Fault {
+    /// Writes the fault as a [`FaultSpec`] does, without its sensor.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.write(f, format_args!(""))
+    }
+}
+
+impl Fault {
+    /// Writes the fault with `of` behind its kind.
+    fn write(&self, f: &mut fmt::Formatter<'_>, of: fmt::Arguments<'_>) -> fmt::Result {
+        let Self {
             defect,
             intermittent,
             window,
-        } = &self.fault;
+        } = self;
         if *intermittent {
-            write!(f, "intermittent:{}={}", self.sensor, defect.kind())?;
+            write!(f, "intermittent{of}={}", defect.kind())?;
         } else {
-            write!(f, "{}:{}", defect.kind(), self.sensor)?;
+            write!(f, "{}{of}", defect.kind())?;
         }
         defect.write_value(f, '=')?;
-        window.fmt(f)
+        fmt::Display::fmt(window, f)
     }
 }
 

@@ -1,0 +1,208 @@
+//! `certainty campaign`: every method against every fault.
+
+use super::jobs::Jobs;
+use super::simulate::percent;
+use super::table::{row, table};
+use super::{Failure, output, progress};
+use crate::experiment::campaign::{Campaign, CampaignError, Row, Selection};
+use crate::fusion::FusionRules;
+use clap::Args;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+/// What the campaign is asked.
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// Which scenarios: a TOML file that selects a part; without it, all of them
+    #[arg(long, value_name = "FILE")]
+    scenarios: Option<PathBuf>,
+    /// How many worlds a scenario is run in
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    seeds: u64,
+    /// The seed of the first world; the others follow it
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 1,
+        allow_hyphen_values = true
+    )]
+    seed: u64,
+    #[command(flatten)]
+    jobs: Jobs,
+    /// Print one JSON document instead of a summary
+    #[arg(long, conflicts_with = "csv")]
+    json: bool,
+    /// Write every row to this file, going on where it stopped
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+}
+
+/// Runs the campaign and reports.
+pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let selection = match &arguments.scenarios {
+        Some(file) => Selection::load(file).map_err(|error| Failure::input(&error))?,
+        None => Selection::default(),
+    };
+    let Arguments { seed, seeds, .. } = *arguments;
+    let campaign = Campaign::new(selection, seed, seeds, FusionRules::default());
+    arguments.jobs.run(|| match &arguments.csv {
+        Some(path) => into_file(&campaign, path),
+        None => to_stdout(&campaign, arguments),
+    })?
+}
+
+/// Writes what is missing of the file.
+fn into_file(campaign: &Campaign, path: &Path) -> Result<(), Failure> {
+    let mut journal = campaign
+        .journal(path)
+        .map_err(|error| Failure::input(&error))?;
+    let (all, before) = (campaign.scenarios().len(), journal.finished());
+    if journal.dropped() > 0 {
+        output::note(&format!(
+            "{}: left in the middle of a scenario; going on after the {before} that are whole",
+            path.display()
+        ));
+    }
+    let bar = progress::bar("scenarios", all as u64);
+    bar.set_position(before as u64);
+    bar.reset_eta();
+    campaign
+        .run_into(&mut journal, || bar.inc(1))
+        .map_err(failure)?;
+    bar.finish_and_clear();
+    output::print(&format!(
+        "{}: {all} scenarios, {} of them new\n",
+        path.display(),
+        all - before
+    ))
+}
+
+/// The report as JSON; its fields are a contract.
+#[derive(Debug, Serialize)]
+struct Report {
+    seed: u64,
+    seeds: u64,
+    scenarios: usize,
+    rows: Vec<Row>,
+}
+
+fn to_stdout(campaign: &Campaign, arguments: &Arguments) -> Result<(), Failure> {
+    let scenarios = campaign.scenarios().len();
+    let bar = progress::bar("scenarios", scenarios as u64);
+    let mut rows = Vec::new();
+    campaign
+        .run(0, |more| {
+            rows.extend(more);
+            bar.inc(1);
+            Ok(())
+        })
+        .map_err(failure)?;
+    bar.finish_and_clear();
+    if arguments.json {
+        return output::print_json(&Report {
+            seed: arguments.seed,
+            seeds: arguments.seeds,
+            scenarios,
+            rows,
+        });
+    }
+    output::print(&summary(&rows, scenarios, arguments))
+}
+
+/// The rows in short: means over all scenarios of a fault.
+fn summary(rows: &[Row], scenarios: usize, arguments: &Arguments) -> String {
+    let mut faults: Vec<&str> = rows.iter().map(|row| row.fault.as_str()).collect();
+    faults.dedup();
+    let mut methods: Vec<&str> = Vec::new();
+    for row in rows {
+        if !methods.contains(&row.method) {
+            methods.push(row.method);
+        }
+    }
+    let mut maps = vec![row([
+        "fault",
+        "method",
+        "MAE",
+        "MSE",
+        "missed",
+        "ghost",
+        "MAE - oracle's",
+    ])];
+    let mut health = vec![row([
+        "fault",
+        "suspect",
+        "after",
+        "failed",
+        "after",
+        "false suspect",
+        "false failed",
+        "recovered",
+        "after",
+    ])];
+    for fault in faults {
+        for &method in &methods {
+            let of_both = |row: &&Row| row.fault == fault && row.method == method;
+            let alike: Vec<&Row> = rows.iter().filter(of_both).collect();
+            let mean = |part: fn(&Row) -> Option<f64>| mean(&alike, part);
+            let error = |part: fn(&Row) -> Option<f64>| decimals(mean(part));
+            let share = |part: fn(&Row) -> Option<f64>| mean(part).map_or("-".into(), percent);
+            let turns = |part: fn(&Row) -> Option<u64>| middle(&alike, part);
+            maps.push(vec![
+                fault.to_owned(),
+                method.to_owned(),
+                error(|row| Some(row.mae)),
+                error(|row| Some(row.mse)),
+                share(|row| Some(row.missed)),
+                share(|row| Some(row.ghost)),
+                error(|row| Some(row.mae_to_oracle)),
+            ]);
+            if method == "robust" {
+                health.push(vec![
+                    fault.to_owned(),
+                    share(|row| row.suspect),
+                    turns(|row| row.suspect_after),
+                    share(|row| row.failed),
+                    turns(|row| row.failed_after),
+                    share(|row| row.false_suspect),
+                    share(|row| row.false_failed),
+                    share(|row| row.recovered),
+                    turns(|row| row.recovered_after),
+                ]);
+            }
+        }
+    }
+    let mut text = format!(
+        "{scenarios} scenarios, {} worlds each from seed {}; means over the scenarios of a fault\n\n",
+        arguments.seeds, arguments.seed
+    );
+    text += &table(&maps);
+    if health.len() > 1 {
+        text += "\nHealth by the robust method: shares of the faulty, of the sound and of the healed \
+                 sensors;\nafter so many turns of the sensor (median of the scenarios' medians)\n\n";
+        text += &table(&health);
+    }
+    text
+}
+
+/// The mean of what is known.
+fn mean(rows: &[&Row], part: fn(&Row) -> Option<f64>) -> Option<f64> {
+    let known: Vec<f64> = rows.iter().filter_map(|row| part(row)).collect();
+    (!known.is_empty()).then(|| known.iter().sum::<f64>() / known.len() as f64)
+}
+
+/// The median over rows, those where it is not known being the longest.
+fn middle(rows: &[&Row], part: fn(&Row) -> Option<u64>) -> String {
+    let waits: crate::experiment::Waits = rows.iter().map(|row| part(row)).collect();
+    waits.median().map_or("-".into(), |turns| turns.to_string())
+}
+
+fn decimals(number: Option<f64>) -> String {
+    number.map_or("-".into(), |number| format!("{number:.3}"))
+}
+
+fn failure(error: CampaignError) -> Failure {
+    match error {
+        CampaignError::Trial(error) => Failure::Internal(error.to_string()),
+        CampaignError::Journal(error) => Failure::input(&error),
+    }
+}

@@ -1,0 +1,121 @@
+//! What a handful of samples tells.
+
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+/// A mean and how far it may be off.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimate {
+    /// The mean of the samples.
+    pub mean: f64,
+    /// Half the width of the interval that holds the true mean with 95 %, by Student's t; `None` for
+    /// a single sample, which tells nothing of the spread.
+    pub half_width: Option<f64>,
+}
+
+impl Estimate {
+    /// Estimates the mean that `samples` are drawn around; `None` for none.
+    #[must_use]
+    pub fn of(samples: &[f64]) -> Option<Self> {
+        let count = samples.len() as f64;
+        let mean = match samples {
+            [] => return None,
+            _ => samples.iter().sum::<f64>() / count,
+        };
+        let half_width = standard_deviation(samples).and_then(|deviation| {
+            let student = StudentsT::new(0.0, 1.0, count - 1.0).ok()?;
+            Some(student.inverse_cdf(0.975) * deviation / count.sqrt())
+        });
+        Some(Self { mean, half_width })
+    }
+}
+
+/// Returns the standard deviation that `samples` were drawn with (n − 1); `None` for fewer than two.
+#[must_use]
+pub fn standard_deviation(samples: &[f64]) -> Option<f64> {
+    if samples.len() < 2 {
+        return None;
+    }
+    let count = samples.len() as f64;
+    let mean = samples.iter().sum::<f64>() / count;
+    let squares: f64 = samples.iter().map(|x| (x - mean) * (x - mean)).sum();
+    Some((squares / (count - 1.0)).sqrt())
+}
+
+/// How long something took, where it may not have happened before the watch ended.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Waits(Vec<Option<u64>>);
+
+impl Waits {
+    /// Adds how long it took; `None` where it did not happen.
+    pub fn add(&mut self, wait: Option<u64>) {
+        self.0.push(wait);
+    }
+
+    /// Returns the waits in the order they were added.
+    pub fn iter(&self) -> impl Iterator<Item = Option<u64>> + '_ {
+        self.0.iter().copied()
+    }
+
+    /// Returns the share of the watches in which it happened; `None` without any watch.
+    #[must_use]
+    pub fn share(&self) -> Option<f64> {
+        let happened = self.0.iter().flatten().count();
+        (!self.0.is_empty()).then(|| happened as f64 / self.0.len() as f64)
+    }
+
+    /// Returns the shortest time within which it happened in `part` of the watches, 0 to 1; `None`
+    /// where it did not in so many.
+    ///
+    /// What did not happen counts as longer than everything that did, so the median is known when
+    /// half of them happened.
+    #[must_use]
+    pub fn quantile(&self, part: f64) -> Option<u64> {
+        let mut waits = self.0.clone();
+        waits.sort_unstable_by_key(|wait| wait.unwrap_or(u64::MAX));
+        let rank = (part * waits.len() as f64).ceil() as usize;
+        waits.get(rank.max(1) - 1).copied().flatten()
+    }
+
+    /// Returns the median; see [`Self::quantile`].
+    #[must_use]
+    pub fn median(&self) -> Option<u64> {
+        self.quantile(0.5)
+    }
+}
+
+impl FromIterator<Option<u64>> for Waits {
+    fn from_iter<I: IntoIterator<Item = Option<u64>>>(waits: I) -> Self {
+        Self(waits.into_iter().collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Student's t for 95 %, two-sided, as printed in tables.
+    #[test]
+    fn the_interval_is_students() {
+        for (count, t) in [(2, 12.706), (3, 4.303), (20, 2.093), (200, 1.972)] {
+            let samples: Vec<f64> = (0..count).map(f64::from).collect();
+            let deviation = standard_deviation(&samples).unwrap();
+            let estimate = Estimate::of(&samples).unwrap();
+            let t_of_ours = estimate.half_width.unwrap() / deviation * f64::from(count).sqrt();
+            assert!((t_of_ours - t).abs() < 1e-3, "{count}: {t_of_ours}");
+            assert_eq!(estimate.mean, f64::from(count - 1) / 2.0);
+        }
+        assert_eq!(Estimate::of(&[]), None);
+        assert_eq!(Estimate::of(&[3.0]).unwrap().half_width, None);
+    }
+
+    #[test]
+    fn what_never_happened_takes_longest() {
+        let waits: Waits = [Some(5), None, Some(3), None].into_iter().collect();
+        assert_eq!(waits.share(), Some(0.5));
+        assert_eq!(waits.median(), Some(5));
+        assert_eq!(waits.quantile(0.9), None);
+        assert_eq!(waits.quantile(0.0), Some(3));
+        assert_eq!(Waits::default().median(), None);
+        assert_eq!(Waits::default().share(), None);
+    }
+}
