@@ -2,9 +2,8 @@
 
 use certainty_core::certainty::Certainty;
 use certainty_core::fusion::{
-    Accumulated, BayesGrid, Beam, BeamModel, CertaintyGrid, Environment, Geometry, Latest, LogOdds,
-    Mapper, MedianGrid, RobustGrid, RobustRules, STRONGEST_MEASUREMENT, TrimmedGrid, UnknownSensor,
-    owner_bytes,
+    Accumulated, BayesGrid, Beam, BeamModel, CertaintyGrid, Environment, Geometry, Latest, Mapper,
+    MedianGrid, RobustGrid, RobustRules, Strength, TrimmedGrid, UnknownSensor, owner_bytes,
 };
 use certainty_core::health::{Health, HealthRules};
 use certainty_core::sensor::SensorId;
@@ -84,8 +83,8 @@ pub enum Own {
 pub struct FusionRules {
     /// How each sensor's own grid is kept; the trimmed and the median method.
     pub own: Own,
-    /// The surest that one measurement may be; the Bayes method, and the trimmed one on latest words.
-    pub strongest: LogOdds,
+    /// The surest that one measurement may be; the Bayes method.
+    pub strongest: Strength,
     /// The open numbers of `AddToGrid`; the robust method.
     pub robust: RobustRules,
     /// When a sensor is suspect, failed, recovering and healthy; every method.
@@ -98,7 +97,7 @@ impl Default for FusionRules {
     fn default() -> Self {
         Self {
             own: Own::Accumulated,
-            strongest: STRONGEST_MEASUREMENT,
+            strongest: Strength::MEASUREMENT,
             robust: RobustRules::DEFAULT,
             health: HealthRules::DEFAULT,
         }
@@ -163,6 +162,8 @@ impl HostMapper {
         } = *fusion;
         let health = vec![add.first_health(); sensors.into()];
         let trim = u8::from(sensors >= 3);
+        // A vote counts as it is: what a sensor accumulated is bounded, its latest word is the median's too.
+        let any = Strength::UNLIMITED;
         Self(match (method, own) {
             (Method::Bayes, _) => {
                 let grid = BayesGrid::try_new(geometry, sure, flat);
@@ -174,12 +175,10 @@ impl HostMapper {
                 Inner::Robust(Mapper::new(grid.expect(RIGHT_SIZE), health, rules))
             }
             (Method::Trimmed, Own::Latest) => {
-                let grid = TrimmedGrid::try_new(geometry, sensors, trim, sure, layered());
+                let grid = TrimmedGrid::try_new(geometry, sensors, trim, any, layered());
                 Inner::TrimmedLatest(Mapper::new(grid.expect(RIGHT_SIZE), health, rules))
             }
             (Method::Trimmed, Own::Accumulated) => {
-                // What a sensor accumulated is bounded already; a lone word of its is not.
-                let any = LogOdds::MAX;
                 let grid = TrimmedGrid::try_new(geometry, sensors, trim, any, layered());
                 Inner::TrimmedAccumulated(Mapper::new(grid.expect(RIGHT_SIZE), health, rules))
             }

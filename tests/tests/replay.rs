@@ -117,9 +117,11 @@ fn json_has_exactly_the_keys_of_the_contract() {
 #[test]
 fn a_cone_frees_what_lies_before_the_sensor_wherever_the_sensor_stands_in_its_cell() {
     for x_mm in [0, 50] {
-        // Looks up, and two short echoes that make the map as large as the cone is long.
+        // Looks up, more than once because one beam that passes does not make a cell free; and two short
+        // echoes that make the map as large as the cone is long.
+        let up = format!("0,1,{x_mm},0,90000,none\n").repeat(4);
         let beams = format!(
-            "0,1,{x_mm},0,90000,none\n1,1,{x_mm},3000,0,100\n2,1,{},0,180000,100\n",
+            "{up}1,1,{x_mm},3000,0,100\n2,1,{},0,180000,100\n",
             x_mm - 1500
         );
         let recording = format!("t_ms,sensor,x_mm,y_mm,bearing_mdeg,reading\n{beams}");

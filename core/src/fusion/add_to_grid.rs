@@ -19,11 +19,20 @@ pub struct RobustConfig {
     /// `CONTRIBUTIONTHRESHOLD`: a contribution above it makes the sensor the owner.
     #[cfg_attr(feature = "defmt", defmt(Display2Format))]
     pub contribution: I2F14,
-    /// How much a confirmation raises both confidences.
+    /// How much it raises both confidences that two sensors agree on something occupied.
     #[cfg_attr(feature = "defmt", defmt(Display2Format))]
     pub raise: U0F16,
-    /// How much a contradiction lowers both confidences; more than [`Self::raise`], because faults
-    /// are rare (\[002\] §4).
+    /// How much it raises both confidences that two sensors agree on something free.
+    ///
+    /// Each beam frees many cells and hits one, so that even a sensor that never sees anything agrees
+    /// with the others about nearly every cell: that two sensors find the same cell free says little of
+    /// either. Equal to [`Self::raise`], it is \[001\] Fig. 3, which makes no difference.
+    #[cfg_attr(feature = "defmt", defmt(Display2Format))]
+    pub raise_free: U0F16,
+    /// How much a contradiction lowers both confidences; more than [`Self::raise_free`].
+    ///
+    /// Differs from \[002\] §4, where confidence falls by larger steps than it rises by: that presumes
+    /// that agreement is frequent, which it is only about what is free.
     #[cfg_attr(feature = "defmt", defmt(Display2Format))]
     pub lower: U0F16,
     /// What a sensor starts with; full, where nothing is known about it (\[002\] §4).
@@ -35,20 +44,35 @@ pub struct RobustConfig {
 }
 
 impl RobustConfig {
+    /// What the simulator's fault campaign chose.
+    ///
     /// A quarter for both comparisons: each side must, on average, be half way from *uncertain* to
-    /// sure. Nothing for the contribution: whoever is on the cell's side owns it. A contradiction
-    /// weighs 7 confirmations, because each beam frees many cells and hits one: sound sensors of
-    /// \[001\] Table 1 gather 9 to 22 confirmations a contradiction, 8 beside a random one, which
-    /// gathers 4 to 7.
+    /// sure. Nothing for the contribution: whoever is on the cell's side owns it. Agreeing on something
+    /// occupied weighs 16 contradictions and agreeing on something free nothing: sound sensors of \[001\]
+    /// Table 1 agree on something occupied once in 2 to 25 contradictions, one that sees nothing never.
     pub const DEFAULT: Self = Self {
         confirmation: I2F14::from_bits(1 << 12),
         contradiction: I2F14::from_bits(-(1 << 12)),
         contribution: I2F14::from_bits(0),
-        raise: U0F16::from_bits(1 << 7),
-        lower: U0F16::from_bits(7 << 7),
+        raise: U0F16::from_bits(16 * (3 << 7)),
+        raise_free: U0F16::from_bits(0),
+        lower: U0F16::from_bits(3 << 7),
         start: Confidence::FULL,
         floor: Confidence::from_bits(1 << 10),
         ceiling: Confidence::FULL,
+    };
+
+    /// \[001\] §5.1 and \[002\] §4 to the letter: all agreement counts alike, and confidence falls by
+    /// larger steps than it rises by.
+    ///
+    /// A contradiction weighs 7 confirmations: sound sensors of \[001\] Table 1 gather 9 to 22
+    /// confirmations a contradiction, 8 beside a random one, which gathers 4 to 7. So these steps find
+    /// a random sensor, and hardly any other fault.
+    pub const TO_THE_LETTER: Self = Self {
+        raise: U0F16::from_bits(1 << 7),
+        raise_free: U0F16::from_bits(1 << 7),
+        lower: U0F16::from_bits(7 << 7),
+        ..Self::DEFAULT
     };
 }
 
@@ -60,8 +84,8 @@ impl Default for RobustConfig {
 
 /// The checked [`RobustConfig`].
 ///
-/// Possession proves that no comparison both confirms and contradicts, that confidence falls faster
-/// than it rises, and that its bounds leave room.
+/// Possession proves that no comparison both confirms and contradicts, that confidence both rises and
+/// falls (by more than agreeing on something free raises it), and that its bounds leave room.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct RobustRules(RobustConfig);
@@ -72,7 +96,8 @@ pub struct RobustRules(RobustConfig);
 pub enum RobustConfigError {
     /// The contradiction threshold is above the confirmation threshold.
     Thresholds,
-    /// The step down is not larger than the step up, or there is no step up.
+    /// The step down is not larger than the step up for agreeing on something free, or there is no
+    /// step up for agreeing on something occupied.
     Steps,
     /// The floor is not below the ceiling, or the start not between them.
     Bounds,
@@ -82,7 +107,7 @@ impl fmt::Display for RobustConfigError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Thresholds => "the contradiction threshold must not exceed the confirmation one",
-            Self::Steps => "confidence must fall by larger steps than it rises by, and rise at all",
+            Self::Steps => "confidence must rise, and fall by larger steps than agreement on free cells raises it",
             Self::Bounds => {
                 "the lowest confidence must be below the highest, the first between them"
             }
@@ -112,7 +137,9 @@ impl RobustRules {
     pub const fn try_new(config: RobustConfig) -> Result<Self, RobustConfigError> {
         if config.contradiction.to_bits() > config.confirmation.to_bits() {
             Err(RobustConfigError::Thresholds)
-        } else if config.raise.to_bits() == 0 || config.lower.to_bits() <= config.raise.to_bits() {
+        } else if config.raise.to_bits() == 0
+            || config.lower.to_bits() <= config.raise_free.to_bits()
+        {
             Err(RobustConfigError::Steps)
         } else if config.floor.to_bits() >= config.ceiling.to_bits()
             || config.start.to_bits() < config.floor.to_bits()
@@ -144,6 +171,16 @@ impl RobustRules {
             Verdict::Contradiction
         } else {
             Verdict::Insignificant
+        }
+    }
+
+    /// How much it raises confidences that a cell and this measurement agree.
+    #[inline]
+    pub(super) fn raise(&self, measurement: Certainty) -> U0F16 {
+        if measurement.deviation() > 0 {
+            self.0.raise
+        } else {
+            self.0.raise_free
         }
     }
 
@@ -262,16 +299,17 @@ mod tests {
     }
 
     #[test]
-    fn the_default_configuration_passes_its_own_check() {
+    fn the_shipped_configurations_pass_their_own_check() {
         assert_eq!(
             RobustRules::try_new(RobustConfig::DEFAULT),
             Ok(RobustRules::DEFAULT)
         );
+        assert!(RobustRules::try_new(RobustConfig::TO_THE_LETTER).is_ok());
     }
 
     #[test]
     fn what_cannot_be_is_refused() {
-        let base = RobustConfig::DEFAULT;
+        let base = RobustConfig::TO_THE_LETTER;
         let crossed = RobustConfig {
             contradiction: I2F14::ONE,
             ..base
@@ -281,7 +319,7 @@ mod tests {
             Err(RobustConfigError::Thresholds)
         );
         let forgiving = RobustConfig {
-            lower: base.raise,
+            lower: base.raise_free,
             ..base
         };
         assert_eq!(

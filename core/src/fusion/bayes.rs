@@ -1,7 +1,7 @@
 //! The classic certainty grid: eq. 1 of \[001\], one byte a cell.
 
 use super::grid::{CertaintyGrid, Measurement, Refused, zeroed};
-use super::{Cell, Geometry, LogOdds, Shape};
+use super::{Cell, Geometry, LogOdds, Shape, Strength};
 use crate::certainty::Certainty;
 use crate::health::Health;
 
@@ -18,21 +18,14 @@ use crate::health::Health;
 #[derive(Debug, Clone)]
 pub struct BayesGrid<Sh, S> {
     shape: Sh,
-    strongest: LogOdds,
+    strongest: Strength,
     cells: S,
 }
-
-/// The surest that one measurement may be: 0.9 or 0.1, the odds of 35/16 nat.
-///
-/// Table 1 of \[001\] has sensors that err in 4 to 18 % of their readings; nine to one is about what a
-/// single reading of theirs is worth.
-pub const STRONGEST_MEASUREMENT: LogOdds = LogOdds::from_steps(35);
 
 impl<Sh: Shape, S: AsRef<[u8]> + AsMut<[u8]>> BayesGrid<Sh, S> {
     /// Creates a grid in which every cell is uncertain.
     ///
-    /// `strongest` is the surest that one measurement may be, [`STRONGEST_MEASUREMENT`] for instance:
-    /// a measurement of *free* or *occupied* has infinite odds, which eq. 1 could never take back.
+    /// `strongest` is the surest that one measurement may be, [`Strength::MEASUREMENT`] for instance.
     ///
     /// # Errors
     ///
@@ -43,12 +36,12 @@ impl<Sh: Shape, S: AsRef<[u8]> + AsMut<[u8]>> BayesGrid<Sh, S> {
     /// ```
     /// use certainty_core::certainty::Certainty;
     /// use certainty_core::fusion::{BayesGrid, CertaintyGrid, Geometry, Measurement};
-    /// use certainty_core::fusion::STRONGEST_MEASUREMENT;
+    /// use certainty_core::fusion::Strength;
     /// use certainty_core::sensor::SensorId;
     /// use certainty_core::units::{Millimeters, Point};
     ///
     /// let shape = Geometry::try_new(17, 11, Millimeters::new(100), Point::ORIGIN)?;
-    /// let mut grid = BayesGrid::try_new(shape, STRONGEST_MEASUREMENT, [0; 187])?;
+    /// let mut grid = BayesGrid::try_new(shape, Strength::MEASUREMENT, [0; 187])?;
     /// let cell = shape.cell(3, 4).ok_or("outside")?;
     /// let sensor = SensorId::new(1).ok_or("zero")?;
     /// for _ in 0..2 {
@@ -57,7 +50,7 @@ impl<Sh: Shape, S: AsRef<[u8]> + AsMut<[u8]>> BayesGrid<Sh, S> {
     /// assert_eq!(grid.certainty(cell).to_bits(), 253); // 81 to 1
     /// # Ok::<(), Box<dyn core::error::Error>>(())
     /// ```
-    pub fn try_new(shape: Sh, strongest: LogOdds, storage: S) -> Result<Self, Refused<S>> {
+    pub fn try_new(shape: Sh, strongest: Strength, storage: S) -> Result<Self, Refused<S>> {
         let cells = zeroed(storage, shape.geometry().cells() as usize)?;
         Ok(Self {
             shape,
@@ -84,7 +77,7 @@ impl<Sh: Shape, S: AsRef<[u8]> + AsMut<[u8]>> CertaintyGrid for BayesGrid<Sh, S>
         measurement: Measurement,
         _sensors: &mut [Health],
     ) {
-        let opinion = LogOdds::of(measurement.certainty).at_most(self.strongest);
+        let opinion = self.strongest.odds(measurement.certainty);
         let stored = self.cells.as_mut();
         cells.for_each(|cell| {
             if let Some(stored) = stored.get_mut(cell.index()) {
@@ -112,13 +105,13 @@ mod tests {
     use crate::units::{Millimeters, Point};
     use proptest::prelude::*;
 
-    fn one_cell(strongest: LogOdds) -> (BayesGrid<Geometry, [u8; 1]>, Cell) {
+    fn one_cell(strongest: Strength) -> (BayesGrid<Geometry, [u8; 1]>, Cell) {
         let shape = Geometry::try_new(1, 1, Millimeters::new(100), Point::ORIGIN).unwrap();
         let grid = BayesGrid::try_new(shape, strongest, [7]).unwrap();
         (grid, shape.cell(0, 0).unwrap())
     }
 
-    fn fused(strongest: LogOdds, measurements: &[u8]) -> Certainty {
+    fn fused(strongest: Strength, measurements: &[u8]) -> Certainty {
         let (mut grid, cell) = one_cell(strongest);
         let sensor = SensorId::new(1).unwrap();
         for &bits in measurements {
@@ -137,7 +130,7 @@ mod tests {
 
     #[test]
     fn a_new_grid_is_uncertain_whatever_its_storage_held() {
-        let (grid, cell) = one_cell(STRONGEST_MEASUREMENT);
+        let (grid, cell) = one_cell(Strength::MEASUREMENT);
         assert_eq!(grid.certainty(cell), Certainty::UNCERTAIN);
     }
 
@@ -146,16 +139,16 @@ mod tests {
     fn a_cell_driven_to_either_end_recovers() {
         for (wrong, right) in [(0, 255), (255, 0)] {
             let driven = [wrong; 1000];
-            assert_eq!(fused(STRONGEST_MEASUREMENT, &driven).to_bits(), wrong);
-            let back: Vec<u8> = driven.into_iter().chain([right; 8]).collect();
-            assert_eq!(fused(STRONGEST_MEASUREMENT, &back).to_bits(), right);
+            assert_eq!(fused(Strength::MEASUREMENT, &driven).to_bits(), wrong);
+            let back: Vec<u8> = driven.into_iter().chain([right; 20]).collect();
+            assert_eq!(fused(Strength::MEASUREMENT, &back).to_bits(), right);
         }
     }
 
     #[test]
     fn storage_of_another_size_is_handed_back() {
         let shape = Geometry::try_new(2, 2, Millimeters::new(100), Point::ORIGIN).unwrap();
-        let refused = BayesGrid::try_new(shape, STRONGEST_MEASUREMENT, [9; 3]).unwrap_err();
+        let refused = BayesGrid::try_new(shape, Strength::MEASUREMENT, [9; 3]).unwrap_err();
         assert_eq!(
             (refused.why, refused.storage),
             (Unfit::Storage { needed: 4 }, [9; 3])
@@ -176,8 +169,8 @@ mod tests {
                 other.reverse();
             }
             prop_assert_eq!(
-                fused(STRONGEST_MEASUREMENT, &measurements),
-                fused(STRONGEST_MEASUREMENT, &other)
+                fused(Strength::MEASUREMENT, &measurements),
+                fused(Strength::MEASUREMENT, &other)
             );
         }
 
@@ -187,7 +180,7 @@ mod tests {
         ) {
             let (ups, downs) = (vec![255_u8; ups], vec![0_u8; downs]);
             let steps = |measurements: Vec<u8>| {
-                let (mut grid, cell) = one_cell(STRONGEST_MEASUREMENT);
+                let (mut grid, cell) = one_cell(Strength::MEASUREMENT);
                 let sensor = SensorId::new(1).unwrap();
                 for bits in measurements {
                     let certainty = Certainty::from_bits(bits);
@@ -206,7 +199,7 @@ mod tests {
         fn fusion_is_eq_1_to_within_the_rounding_of_its_inputs(
             measurements in prop::collection::vec(30..=226_u8, 1..4),
         ) {
-            let fused = f64::from(fused(LogOdds::MAX, &measurements).to_bits()) / 256.0;
+            let fused = f64::from(fused(Strength::UNLIMITED, &measurements).to_bits()) / 256.0;
             // Half a step of 1/16 nat each, where the odds move fastest a quarter as much of p.
             let tolerance = 0.5 / 16.0 / 4.0 * measurements.len() as f64 + 0.5 / 256.0 + 1e-9;
             prop_assert!((fused - naive(&measurements)).abs() <= tolerance);

@@ -215,7 +215,7 @@ mod tests {
     use super::super::picture::draw_beam;
     use super::super::{
         BayesGrid, BeamConfig, Cell, CertaintyGrid, Mapper, MedianGrid, RobustGrid, RobustRules,
-        STRONGEST_MEASUREMENT,
+        Strength,
     };
     use super::*;
     use crate::health::{Health, HealthRules};
@@ -302,7 +302,7 @@ mod tests {
             let unseen = up(8, Reading::NoObject);
             let post = yard.cell_at(seen.origin.ahead(seen.bearing.direction(), mm(700)));
             let post = post.unwrap();
-            let bayes = BayesGrid::try_new(yard, STRONGEST_MEASUREMENT, [0; 252]).unwrap();
+            let bayes = BayesGrid::try_new(yard, Strength::MEASUREMENT, [0; 252]).unwrap();
             let robust = RobustGrid::try_new(yard, RobustRules::DEFAULT, 2, [0; 252], [0; 63]);
             let median = MedianGrid::<_, _, 2>::try_new(yard, 2, [0; 504]).unwrap();
             let outcomes = [

@@ -1,7 +1,7 @@
 //! A grid for each sensor, kept apart until someone asks.
 
 use super::grid::{Measurement, Refused, Unfit, zeroed};
-use super::{Cell, Geometry, LogOdds, Shape};
+use super::{Cell, Geometry, LogOdds, Shape, Strength};
 use crate::certainty::Certainty;
 use core::marker::PhantomData;
 use heapless::Vec;
@@ -56,7 +56,7 @@ impl OwnGrid for Accumulated {
             i8::MIN => LogOdds::EVEN,
             steps => LogOdds::from_steps(steps),
         };
-        let opinion = LogOdds::of(measurement).at_most(super::STRONGEST_MEASUREMENT);
+        let opinion = Strength::MEASUREMENT.odds(measurement);
         match before.saturating_add(opinion).steps() {
             0 => i8::MIN.cast_unsigned(),
             steps => steps.cast_unsigned(),
@@ -167,7 +167,10 @@ mod tests {
             Accumulated::certainty(occupied).map(Certainty::to_bits),
             Some(230)
         ); // 0.9
-        let balanced = Accumulated::updated(occupied, Certainty::FREE);
+        // 35 steps up, and 14 down five times over: even, yet seen.
+        let words = [Certainty::OCCUPIED, Certainty::OCCUPIED];
+        let words = words.into_iter().chain([Certainty::FREE; 5]);
+        let balanced = words.fold(0, Accumulated::updated);
         assert_eq!(Accumulated::certainty(balanced), Some(Certainty::UNCERTAIN));
         let again = Accumulated::updated(balanced, Certainty::OCCUPIED);
         assert_eq!(again, occupied);

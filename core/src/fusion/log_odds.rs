@@ -20,6 +20,9 @@ impl LogOdds {
     /// The surest that something is occupied.
     pub const MAX: Self = Self(127);
 
+    /// The least odds that can be expressed, against.
+    pub const MIN: Self = Self(-127);
+
     /// Creates log-odds of `steps`; −128 becomes −127.
     #[must_use]
     pub const fn from_steps(steps: i8) -> Self {
@@ -63,19 +66,6 @@ impl LogOdds {
     )]
     pub const fn certainty(self) -> Certainty {
         Certainty::from_bits(OF_LOG_ODDS[self.0.cast_unsigned() as usize])
-    }
-
-    /// Returns these odds, no surer than `limit` either way.
-    #[must_use]
-    pub const fn at_most(self, limit: Self) -> Self {
-        let limit = limit.0.unsigned_abs().cast_signed();
-        if self.0 > limit {
-            Self(limit)
-        } else if self.0 < limit.wrapping_neg() {
-            Self(limit.wrapping_neg())
-        } else {
-            self
-        }
     }
 
     /// Returns the odds after another, independent opinion: eq. 1 of \[001\] for n = 2.

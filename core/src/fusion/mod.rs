@@ -26,10 +26,11 @@ mod owners;
 mod picture;
 mod ray;
 mod robust;
+mod strength;
 mod trimmed;
 
 pub use add_to_grid::{RobustConfig, RobustConfigError, RobustRules};
-pub use bayes::{BayesGrid, STRONGEST_MEASUREMENT};
+pub use bayes::BayesGrid;
 pub use beam::{Beam, BeamConfig, BeamError, BeamModel, Behind, Listener};
 pub use environment::Environment;
 pub use geometry::{Cell, Geometry, GeometryError, Shape};
@@ -41,4 +42,5 @@ pub use median::MedianGrid;
 pub use owners::{owner_bits, owner_bytes};
 pub use ray::Ray;
 pub use robust::RobustGrid;
+pub use strength::Strength;
 pub use trimmed::TrimmedGrid;

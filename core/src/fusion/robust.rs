@@ -143,10 +143,11 @@ where
         *stored = fused.deviation().cast_unsigned();
 
         let config = self.rules.config();
+        let (verdict, raise) = (self.rules.verdict(comparison), self.rules.raise(certainty));
         for id in [owner, sensor] {
             if let Some(health) = sensors.get_mut(id.slot()) {
-                match self.rules.verdict(comparison) {
-                    Verdict::Confirmation => health.confirm(config.raise, config.ceiling),
+                match verdict {
+                    Verdict::Confirmation => health.confirm(raise, config.ceiling),
                     Verdict::Contradiction => health.contradict(config.lower, config.floor),
                     Verdict::Insignificant => {}
                 }
@@ -206,6 +207,7 @@ where
 
 #[cfg(test)]
 mod tests {
+    use super::super::add_to_grid::RobustConfig;
     use super::super::picture::draw;
     use super::*;
     use crate::units::{Millimeters, Point};
@@ -214,17 +216,14 @@ mod tests {
     type Small = RobustGrid<Geometry, Vec<u8>, Vec<u8>>;
 
     fn grid(columns: u16, rows: u16, sensors: u8) -> Small {
+        with_rules(columns, rows, sensors, RobustRules::DEFAULT)
+    }
+
+    fn with_rules(columns: u16, rows: u16, sensors: u8, rules: RobustRules) -> Small {
         let shape = Geometry::try_new(columns, rows, Millimeters::new(100), Point::ORIGIN).unwrap();
         let cells = shape.cells() as usize;
         let owners = vec![0xFF; owner_bytes(cells, sensors)];
-        RobustGrid::try_new(
-            shape,
-            RobustRules::DEFAULT,
-            sensors,
-            vec![0xFF; cells],
-            owners,
-        )
-        .unwrap()
+        RobustGrid::try_new(shape, rules, sensors, vec![0xFF; cells], owners).unwrap()
     }
 
     fn says(number: u8, bits: u8) -> Measurement {
@@ -240,11 +239,12 @@ mod tests {
         occ: f64,
         owner: usize,
         conf: [f64; 4],
+        rules: RobustRules,
     }
 
     impl Naive {
         fn add(&mut self, sensor: usize, measurement: f64) {
-            let config = RobustConfigInReals::default();
+            let config = RobustConfigInReals::from(self.rules.config());
             if self.owner == 0 || self.owner == sensor {
                 self.occ = measurement;
                 self.owner = sensor;
@@ -261,7 +261,12 @@ mod tests {
             self.occ = (exact * 256.0 + 0.5).floor() / 256.0;
             for id in [self.owner, sensor] {
                 if comparison > config.confirmation {
-                    self.conf[id] = (self.conf[id] + config.raise).min(config.ceiling);
+                    let raise = if measurement > 0.5 {
+                        config.raise
+                    } else {
+                        config.raise_free
+                    };
+                    self.conf[id] = (self.conf[id] + raise).min(config.ceiling);
                 }
                 if comparison < config.contradiction {
                     self.conf[id] = (self.conf[id] - config.lower).max(config.floor);
@@ -281,19 +286,20 @@ mod tests {
         contradiction: f64,
         contribution: f64,
         raise: f64,
+        raise_free: f64,
         lower: f64,
         floor: f64,
         ceiling: f64,
     }
 
-    impl Default for RobustConfigInReals {
-        fn default() -> Self {
-            let config = RobustRules::DEFAULT.config().to_owned();
+    impl From<&RobustConfig> for RobustConfigInReals {
+        fn from(config: &RobustConfig) -> Self {
             Self {
                 confirmation: config.confirmation.to_num(),
                 contradiction: config.contradiction.to_num(),
                 contribution: config.contribution.to_num(),
                 raise: config.raise.to_num(),
+                raise_free: config.raise_free.to_num(),
                 lower: config.lower.to_num(),
                 floor: config.floor.value().to_num(),
                 ceiling: config.ceiling.value().to_num(),
@@ -411,13 +417,16 @@ mod tests {
     proptest! {
         #[test]
         fn any_run_of_measurements_follows_the_figure(
+            letters in any::<bool>(),
             run in prop::collection::vec((1..=3_u8, 0..=255_u8), 0..300),
         ) {
-            let mut grid = grid(1, 1, 3);
+            let letter = RobustRules::try_new(RobustConfig::TO_THE_LETTER).unwrap();
+            let rules = if letters { letter } else { RobustRules::DEFAULT };
+            let mut grid = with_rules(1, 1, 3, rules);
             let cell = grid.geometry().cell(0, 0).unwrap();
             let mut sensors = [Health::default(); 3];
             let full = f64::from(u16::MAX) / 65536.0;
-            let mut naive = Naive { occ: 0.5, owner: 0, conf: [full; 4] };
+            let mut naive = Naive { occ: 0.5, owner: 0, conf: [full; 4], rules };
             for (number, bits) in run {
                 grid.add(cell, says(number, bits), &mut sensors);
                 naive.add(number.into(), f64::from(bits) / 256.0);

@@ -2,7 +2,7 @@
 
 use super::grid::{CertaintyGrid, Measurement, Refused, Unfit};
 use super::layers::{Latest, Layers, OwnGrid};
-use super::{Cell, Geometry, LogOdds, Shape};
+use super::{Cell, Geometry, LogOdds, Shape, Strength};
 use crate::certainty::Certainty;
 use crate::health::Health;
 
@@ -18,7 +18,7 @@ use crate::health::Health;
 pub struct TrimmedGrid<Sh, S, const N: usize, K = Latest> {
     layers: Layers<Sh, S, N, K>,
     trim: u8,
-    strongest: LogOdds,
+    strongest: Strength,
 }
 
 impl<Sh, S, const N: usize, K> TrimmedGrid<Sh, S, N, K>
@@ -40,7 +40,7 @@ where
         shape: Sh,
         sensors: u8,
         trim: u8,
-        strongest: LogOdds,
+        strongest: Strength,
         storage: S,
     ) -> Result<Self, Refused<S>> {
         if u16::from(trim).wrapping_mul(2) >= u16::from(sensors) {
@@ -80,11 +80,11 @@ where
 }
 
 /// Eq. 1 of sorted votes without the `trim` lowest and highest.
-fn trimmed(votes: &[Certainty], trim: usize, strongest: LogOdds) -> Certainty {
+fn trimmed(votes: &[Certainty], trim: usize, strongest: Strength) -> Certainty {
     let end = votes.len().saturating_sub(trim);
     let kept = votes.get(trim..end).unwrap_or(&[]);
     kept.iter()
-        .map(|&vote| LogOdds::of(vote).at_most(strongest))
+        .map(|&vote| strongest.odds(vote))
         .fold(LogOdds::EVEN, LogOdds::saturating_add)
         .certainty()
 }
@@ -97,7 +97,7 @@ mod tests {
     fn fused(bits: &[u8], trim: usize) -> Certainty {
         let mut votes: Vec<_> = bits.iter().copied().map(Certainty::from_bits).collect();
         votes.sort();
-        trimmed(&votes, trim, LogOdds::MAX)
+        trimmed(&votes, trim, Strength::UNLIMITED)
     }
 
     #[test]
@@ -112,7 +112,8 @@ mod tests {
     #[test]
     fn a_trim_that_leaves_nothing_of_all_sensors_is_refused() {
         let shape = Geometry::try_new(1, 1, Millimeters::new(100), Point::ORIGIN).unwrap();
-        let with = |trim| TrimmedGrid::<_, _, 3>::try_new(shape, 3, trim, LogOdds::MAX, [0; 3]);
+        let with =
+            |trim| TrimmedGrid::<_, _, 3>::try_new(shape, 3, trim, Strength::UNLIMITED, [0; 3]);
         assert!(with(1).is_ok());
         assert_eq!(with(2).unwrap_err().why, Unfit::Trim);
     }
