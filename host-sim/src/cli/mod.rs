@@ -10,6 +10,7 @@ mod output;
 mod overview;
 mod panels;
 mod progress;
+mod recovery;
 mod replay;
 mod simulate;
 mod table;
@@ -40,6 +41,8 @@ enum Command {
     Replay(replay::Arguments),
     /// Two maps (PGM + YAML): where they agree, what is missed, what is a ghost
     Compare(compare::Arguments),
+    /// A sensor's confidence falls in a fault and comes back: [001] Fig. 7
+    Recovery(recovery::Arguments),
 }
 
 /// A map's cells with the frame that its grid gives them.
@@ -58,6 +61,7 @@ pub fn main() -> ExitCode {
             Command::Simulate(arguments) => simulate::run(&arguments),
             Command::Replay(arguments) => replay::run(&arguments),
             Command::Compare(arguments) => compare::run(&arguments),
+            Command::Recovery(arguments) => recovery::run(&arguments),
         },
         Err(error) => failure::usage(&error),
     };

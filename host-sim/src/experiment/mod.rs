@@ -1,6 +1,7 @@
 //! The Smart Car in a world, and how well each way to fuse its readings draws that world.
 
 mod crew;
+pub mod recovery;
 mod reference;
 mod rig;
 mod run;
