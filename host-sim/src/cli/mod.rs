@@ -12,6 +12,7 @@ mod output;
 mod overview;
 mod panels;
 mod progress;
+mod recovery;
 mod replay;
 mod simulate;
 mod table;
@@ -44,6 +45,8 @@ enum Command {
     Compare(compare::Arguments),
     /// Every method against every fault, beside an oracle: maps and sensor health
     Campaign(campaign::Arguments),
+    /// A sensor's confidence falls in a fault and comes back: [001] Fig. 7
+    Recovery(recovery::Arguments),
 }
 
 /// A map's cells with the frame that its grid gives them.
@@ -63,6 +66,7 @@ pub fn main() -> ExitCode {
             Command::Replay(arguments) => replay::run(&arguments),
             Command::Compare(arguments) => compare::run(&arguments),
             Command::Campaign(arguments) => campaign::run(&arguments),
+            Command::Recovery(arguments) => recovery::run(&arguments),
         },
         Err(error) => failure::usage(&error),
     };

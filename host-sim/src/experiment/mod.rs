@@ -3,6 +3,7 @@
 pub mod campaign;
 mod crew;
 mod oracle;
+pub mod recovery;
 mod reference;
 mod rig;
 mod run;

@@ -1,0 +1,195 @@
+use super::*;
+
+/// Sensor 1 as given in percent, the others at `others` percent; the fault lasts four points.
+fn trace(first: &[u16], others: [u16; 2]) -> ConfidenceTrace {
+    let percent = |percent: u16| Confidence::from_bits((u32::from(percent) * 65535 / 100) as u16);
+    let steady = |value: u16| vec![percent(value); first.len()];
+    let first = first.iter().map(|&value| percent(value)).collect();
+    ConfidenceTrace {
+        confidences: vec![first, steady(others[0]), steady(others[1])],
+        faulty: 4,
+    }
+}
+
+#[test]
+fn a_sensor_that_never_fell_is_back_at_once() {
+    let steady = trace(&[100, 99, 98, 97, 98, 99], [100, 100]);
+    assert_eq!(steady.recovered_after(), Some(0));
+    assert!(!steady.clearly_below());
+}
+
+#[test]
+fn a_sensor_that_comes_back_is_counted_from_the_end_of_the_fault() {
+    let back = trace(&[90, 80, 70, 60, 70, 80, 95, 100], [90, 100]);
+    // 90 would do at the sixth reading, if it were reached: the mean is 95.
+    assert_eq!(back.recovered_after(), Some(3));
+    assert!(back.clearly_below());
+    assert!((back.below_others().unwrap() - 0.35).abs() < 1e-4);
+    assert!((back.lowest_in_fault() - 0.60).abs() < 1e-4);
+}
+
+#[test]
+fn what_was_back_during_the_fault_does_not_count() {
+    let late = trace(&[70, 100, 100, 60, 70, 99], [100, 100]);
+    assert_eq!(late.recovered_after(), Some(2));
+}
+
+#[test]
+fn the_first_return_counts_though_it_falls_again() {
+    let again = trace(&[70, 70, 70, 60, 96, 50, 50, 96], [100, 100]);
+    assert_eq!(again.recovered_after(), Some(1));
+}
+
+#[test]
+fn a_sensor_that_stays_low_never_recovers() {
+    let low = trace(&[90, 80, 70, 60, 61, 62, 63], [100, 100]);
+    assert_eq!(low.recovered_after(), None);
+}
+
+#[test]
+fn a_trace_that_ends_before_its_fault_tells_nothing() {
+    let cut = trace(&[90, 80, 70], [100, 100]);
+    assert_eq!(cut.recovered_after(), None);
+    assert_eq!(cut.below_others(), None);
+    assert!(!cut.clearly_below());
+}
+
+#[test]
+fn the_margin_is_five_percent_of_full_confidence_not_of_the_others() {
+    let one_step = |bits: u16| ConfidenceTrace {
+        confidences: vec![
+            vec![Confidence::from_bits(bits)],
+            vec![Confidence::from_bits(20_000)],
+            vec![Confidence::from_bits(20_000)],
+        ],
+        faulty: 1,
+    };
+    let edge = 20_000 - 3276;
+    assert_eq!(one_step(edge).recovered_after(), Some(0));
+    assert!(!one_step(edge).clearly_below());
+    assert_eq!(one_step(edge - 1).recovered_after(), None);
+    assert!(one_step(edge - 1).clearly_below());
+}
+
+#[test]
+fn clearly_below_means_below_both_others() {
+    assert!(!trace(&[50, 50, 50, 50], [100, 52]).clearly_below());
+    assert!(trace(&[50, 50, 50, 50], [100, 56]).clearly_below());
+}
+
+#[test]
+fn percentiles_are_nearest_rank_and_what_never_came_is_last() {
+    let values: Vec<_> = (1..=9).rev().map(Some).chain([None]).collect();
+    assert_eq!(percentile(&values, 10), Some(1));
+    assert_eq!(percentile(&values, 50), Some(5));
+    assert_eq!(percentile(&values, 90), Some(9));
+    assert_eq!(percentile(&values, 91), None);
+    assert_eq!(percentile(&[], 50), None);
+}
+
+#[test]
+fn runs_are_summed_up() {
+    let fell = trace(&[90, 80, 70, 60, 99], [100, 100]);
+    let never = trace(&[100; 5], [100, 100]);
+    let lost = trace(&[90, 80, 70, 60, 60], [100, 100]);
+    let sum = OverSeeds::of(&[fell, never.clone(), never, lost]);
+    assert_eq!((sum.seeds, sum.recovered), (4, 3));
+    assert_eq!((sum.p10, sum.median, sum.p90), (Some(0), Some(0), None));
+    assert!((sum.clearly_below - 0.5).abs() < 1e-12);
+    assert_eq!(sum.median_of_clearly_below, Some(1));
+    // 0.4, 0, 0, 0.4: mean 0.2, and four squares of 0.2 over three.
+    assert!((sum.below_others.mean - 0.2).abs() < 1e-4);
+    assert!((sum.below_others.sd - (0.16_f64 / 3.0).sqrt()).abs() < 1e-4);
+    assert!((sum.lowest_confidence.mean - 0.8).abs() < 1e-4);
+}
+
+#[test]
+fn a_single_run_has_no_spread() {
+    let one = Spread::of(&[0.7]);
+    assert_eq!((one.mean, one.sd), (0.7, 0.0));
+}
+
+fn recovery(count: Count) -> Recovery {
+    Recovery {
+        count,
+        fusion: FusionRules::default(),
+    }
+}
+
+#[test]
+fn the_fault_is_the_papers_for_either_count() {
+    for (count, spec) in [
+        (Count::Each, "noise:1=20%@0..50"),
+        (Count::All, "noise:1=20%@0..17"),
+    ] {
+        assert_eq!(recovery(count).fault().unwrap().to_string(), spec);
+    }
+}
+
+/// Counted over all sensors, the fault spoils sensor 1's readings among the first 50, and no later.
+#[test]
+fn the_fault_ends_with_the_fiftieth_reading_for_either_count() {
+    for (count, stride) in [(Count::Each, 3), (Count::All, 1)] {
+        let recovery = recovery(count);
+        let world = Arc::new(World::built_in());
+        let length = Length::Readings(600);
+        let setup = Setup {
+            rig: RIG,
+            faults: vec![recovery.fault().unwrap()],
+            ..Setup::smart_car(world, Crew::default(), length, 1)
+        };
+        let run = setup.run().unwrap();
+        for (place, taken) in run.readings.iter().enumerate() {
+            let faulty = taken.beam.sensor.number() == 1 && place / stride < FAULTY;
+            assert_eq!(taken.spoilt, faulty, "reading {place}");
+        }
+    }
+}
+
+#[test]
+fn every_sensor_has_200_points_for_either_count() {
+    for count in [Count::Each, Count::All] {
+        let trace = recovery(count).trace(Arc::new(World::built_in()), 1);
+        let trace = trace.unwrap();
+        let lengths: Vec<_> = trace.confidences().iter().map(Vec::len).collect();
+        assert_eq!(lengths, [200; 3]);
+    }
+}
+
+/// The first 200 readings of all are the first 67 rounds: the counts draw the same run, as long as
+/// the fault lasts in both.
+#[test]
+fn the_counts_draw_the_same_run_while_both_are_faulty() {
+    let world = Arc::new(World::built_in());
+    let each = recovery(Count::Each).trace(Arc::clone(&world), 3).unwrap();
+    let all = recovery(Count::All).trace(world, 3).unwrap();
+    for round in 0..17 {
+        for (sensor, own) in all.confidences().iter().enumerate() {
+            assert_eq!(own[3 * round + 2], each.confidences()[sensor][round]);
+        }
+    }
+}
+
+/// The rules given are the rules used.
+#[test]
+fn other_rules_draw_another_figure() {
+    use certainty_core::fusion::{RobustConfig, RobustRules};
+    use fixed::types::U0F16;
+    let config = RobustConfig {
+        raise: U0F16::from_bits(1 << 9),
+        lower: U0F16::from_bits(7 << 9),
+        ..RobustConfig::DEFAULT
+    };
+    let fusion = FusionRules {
+        robust: RobustRules::try_new(config).unwrap(),
+        ..FusionRules::default()
+    };
+    let coarse = Recovery {
+        count: Count::Each,
+        fusion,
+    };
+    let world = Arc::new(World::built_in());
+    let coarse = coarse.trace(Arc::clone(&world), 1).unwrap();
+    let shipped = recovery(Count::Each).trace(world, 1).unwrap();
+    assert!(coarse.lowest_in_fault() < shipped.lowest_in_fault());
+}
