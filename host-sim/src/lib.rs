@@ -9,6 +9,7 @@
 //! | [`fusion`] | the core's grids at sizes chosen at run time |
 //! | [`experiment`] | the Smart Car in a world, scored against perfect sensors |
 //! | [`export`] | pictures and maps for other programs |
+//! | [`plot`] | charts as PNG and SVG |
 //! | [`quantity`] | lengths, angles and times with their units |
 //! | [`toml_file`] | files that people write, and complaints with their line |
 //! | [`cli`] | the program `certainty` |
@@ -18,6 +19,7 @@ pub mod experiment;
 pub mod export;
 pub mod fault;
 pub mod fusion;
+pub mod plot;
 pub mod quantity;
 pub mod replay;
 pub mod toml_file;

@@ -1,0 +1,31 @@
+//! Charts as PNG and SVG, for reports and for the eye.
+//!
+//! [`LineChart`] shows what changes over something, [`BarChart`] compares groups, [`Histogram`]
+//! shows how values are spread. An [`Axis`] is never without its unit. Each chart's `write` puts a
+//! PNG of 1600 × 1000 pixels and an SVG of the same picture in place, whole or not at all.
+//!
+//! Any data give a picture: what is no number is left out, one value gets an axis around it, and no
+//! value at all says *no data*. The same data give the same bytes on every machine: the font is
+//! part of the program, and nothing is asked of the system. Colours are those of Okabe and Ito,
+//! which colour-blind people tell apart.
+//!
+//! Cost: some 30 ms a chart. Memory: 8 MB for the pixels.
+
+mod axis;
+mod bars;
+mod font;
+mod frame;
+mod histogram;
+mod lines;
+mod palette;
+mod picture;
+mod raster;
+mod svg;
+
+pub use axis::Axis;
+pub use bars::{BarChart, BarSeries};
+pub use histogram::{Histogram, Sample};
+pub use lines::{Line, LineChart, Span};
+
+#[cfg(test)]
+mod tests;
