@@ -5,7 +5,10 @@ use super::simulate::percent;
 use super::table::{row, table};
 use super::{Failure, output, progress};
 use crate::experiment::campaign::{Campaign, CampaignError, Row, Selection};
+use crate::experiment::{Estimate, Waits, standard_deviation};
+use crate::export::{ExportError, OutDir};
 use crate::fusion::FusionRules;
+use crate::plot::{Axis, BarChart, BarSeries};
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -35,6 +38,14 @@ pub(super) struct Arguments {
     /// Write every row to this file, going on where it stopped
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
+    /// Where the charts of the summary go
+    #[arg(
+        long,
+        value_name = "DIR",
+        default_value = "out",
+        conflicts_with_all = ["json", "csv"]
+    )]
+    out: PathBuf,
 }
 
 /// Runs the campaign and reports.
@@ -106,82 +117,159 @@ fn to_stdout(campaign: &Campaign, arguments: &Arguments) -> Result<(), Failure> 
             rows,
         });
     }
-    output::print(&summary(&rows, scenarios, arguments))
+    let summary = Summary::of(&rows);
+    let out = OutDir::create(&arguments.out).map_err(|error| Failure::input(&error))?;
+    summary.draw(&out).map_err(|error| Failure::input(&error))?;
+    output::print(&summary.told(scenarios, arguments))
 }
 
 /// The rows in short: means over all scenarios of a fault.
-fn summary(rows: &[Row], scenarios: usize, arguments: &Arguments) -> String {
-    let mut faults: Vec<&str> = rows.iter().map(|row| row.fault.as_str()).collect();
-    faults.dedup();
-    let mut methods: Vec<&str> = Vec::new();
-    for row in rows {
-        if !methods.contains(&row.method) {
-            methods.push(row.method);
-        }
-    }
-    let mut maps = vec![row([
-        "fault",
-        "method",
-        "MAE",
-        "MSE",
-        "missed",
-        "ghost",
-        "MAE - oracle's",
-    ])];
-    let mut health = vec![row([
-        "fault",
-        "suspect",
-        "after",
-        "failed",
-        "after",
-        "false suspect",
-        "false failed",
-        "recovered",
-        "after",
-    ])];
-    for fault in faults {
-        for &method in &methods {
-            let of_both = |row: &&Row| row.fault == fault && row.method == method;
-            let alike: Vec<&Row> = rows.iter().filter(of_both).collect();
-            let mean = |part: fn(&Row) -> Option<f64>| mean(&alike, part);
-            let error = |part: fn(&Row) -> Option<f64>| decimals(mean(part));
-            let share = |part: fn(&Row) -> Option<f64>| mean(part).map_or("-".into(), percent);
-            let turns = |part: fn(&Row) -> Option<u64>| middle(&alike, part);
-            maps.push(vec![
-                fault.to_owned(),
-                method.to_owned(),
-                error(|row| Some(row.mae)),
-                error(|row| Some(row.mse)),
-                share(|row| Some(row.missed)),
-                share(|row| Some(row.ghost)),
-                error(|row| Some(row.mae_to_oracle)),
-            ]);
-            if method == "robust" {
-                health.push(vec![
-                    fault.to_owned(),
-                    share(|row| row.suspect),
-                    turns(|row| row.suspect_after),
-                    share(|row| row.failed),
-                    turns(|row| row.failed_after),
-                    share(|row| row.false_suspect),
-                    share(|row| row.false_failed),
-                    share(|row| row.recovered),
-                    turns(|row| row.recovered_after),
-                ]);
+struct Summary<'a> {
+    faults: Vec<&'a str>,
+    methods: Vec<&'a str>,
+    rows: &'a [Row],
+}
+
+impl<'a> Summary<'a> {
+    fn of(rows: &'a [Row]) -> Self {
+        let mut faults: Vec<&str> = rows.iter().map(|row| row.fault.as_str()).collect();
+        faults.dedup();
+        let mut methods: Vec<&str> = Vec::new();
+        for row in rows {
+            if !methods.contains(&row.method) {
+                methods.push(row.method);
             }
         }
+        Self {
+            faults,
+            methods,
+            rows,
+        }
     }
-    let mut text = format!(
-        "{scenarios} scenarios, {} worlds each from seed {}; means over the scenarios of a fault\n\n",
-        arguments.seeds, arguments.seed
-    );
-    text += &table(&maps);
-    if health.len() > 1 {
-        text += "\nHealth by the robust method: shares of the faulty, of the sound and of the healed \
+
+    /// The rows of a fault and a method.
+    fn alike(&self, fault: &str, method: &str) -> Vec<&'a Row> {
+        let of_both = |row: &&Row| row.fault == fault && row.method == method;
+        self.rows.iter().filter(of_both).collect()
+    }
+
+    /// Draws what the methods miss and what they invent, fault by fault.
+    fn draw(&self, out: &OutDir) -> Result<(), ExportError> {
+        let chart = |title: &str, what: &str, part: fn(&Row) -> Option<f64>| BarChart {
+            title: title.to_owned(),
+            y: Axis::new(what, "%").from(0.0),
+            groups: self.faults.iter().map(|&fault| fault.to_owned()).collect(),
+            bars: self
+                .methods
+                .iter()
+                .map(|&method| self.bars(method, part))
+                .collect(),
+        };
+        chart(
+            "Obstacles missed, by fault",
+            "obstacle cells missed",
+            |row| Some(row.missed),
+        )
+        .write(out, "campaign-missed")?;
+        chart("Ghosts, by fault", "free cells shown occupied", |row| {
+            Some(row.ghost)
+        })
+        .write(out, "campaign-ghosts")?;
+        Ok(())
+    }
+
+    /// One method's bars, in percent, with the spread over the scenarios of each fault.
+    fn bars(&self, method: &str, part: fn(&Row) -> Option<f64>) -> BarSeries {
+        let samples = self.faults.iter().map(|fault| {
+            let rows = self.alike(fault, method);
+            rows.into_iter()
+                .filter_map(part)
+                .map(|share| share * 100.0)
+                .collect::<Vec<_>>()
+        });
+        let samples: Vec<Vec<f64>> = samples.collect();
+        let estimates = samples.iter().map(|samples| Estimate::of(samples));
+        BarSeries {
+            name: method.to_owned(),
+            values: estimates.map(|estimate| estimate.map(|e| e.mean)).collect(),
+            errors: Some(
+                samples
+                    .iter()
+                    .map(|samples| standard_deviation(samples).unwrap_or(f64::NAN))
+                    .collect(),
+            ),
+        }
+    }
+
+    fn told(&self, scenarios: usize, arguments: &Arguments) -> String {
+        let mut maps = vec![row([
+            "fault",
+            "method",
+            "MAE",
+            "MSE",
+            "missed",
+            "ghost",
+            "MAE - oracle's",
+        ])];
+        let mut health = vec![row([
+            "fault",
+            "suspect",
+            "after",
+            "failed",
+            "after",
+            "false suspect",
+            "false failed",
+            "recovered",
+            "after",
+        ])];
+        for &fault in &self.faults {
+            for &method in &self.methods {
+                let alike = self.alike(fault, method);
+                let mean = |part: fn(&Row) -> Option<f64>| mean(&alike, part);
+                let error = |part: fn(&Row) -> Option<f64>| decimals(mean(part));
+                let share = |part: fn(&Row) -> Option<f64>| mean(part).map_or("-".into(), percent);
+                let turns = |part: fn(&Row) -> Option<u64>| middle(&alike, part);
+                maps.push(vec![
+                    fault.to_owned(),
+                    method.to_owned(),
+                    error(|row| Some(row.mae)),
+                    error(|row| Some(row.mse)),
+                    share(|row| Some(row.missed)),
+                    share(|row| Some(row.ghost)),
+                    error(|row| Some(row.mae_to_oracle)),
+                ]);
+                if method == "robust" {
+                    health.push(vec![
+                        fault.to_owned(),
+                        share(|row| row.suspect),
+                        turns(|row| row.suspect_after),
+                        share(|row| row.failed),
+                        turns(|row| row.failed_after),
+                        share(|row| row.false_suspect),
+                        share(|row| row.false_failed),
+                        share(|row| row.recovered),
+                        turns(|row| row.recovered_after),
+                    ]);
+                }
+            }
+        }
+        let mut text = format!(
+            "{scenarios} scenarios, {} worlds each from seed {}; means over the scenarios of a fault\n\n",
+            arguments.seeds, arguments.seed
+        );
+        text += &table(&maps);
+        if health.len() > 1 {
+            text += "\nHealth by the robust method: shares of the faulty, of the sound and of the healed \
                  sensors;\nafter so many turns of the sensor (median of the scenarios' medians)\n\n";
-        text += &table(&health);
+            text += &table(&health);
+        }
+        text += &format!(
+            "\ncharts in {}: campaign-missed.png and campaign-ghosts.png, also as SVG; whiskers: the spread \
+         over scenarios\n",
+            arguments.out.display()
+        );
+        text
     }
-    text
 }
 
 /// The mean of what is known.
@@ -192,7 +280,7 @@ fn mean(rows: &[&Row], part: fn(&Row) -> Option<f64>) -> Option<f64> {
 
 /// The median over rows, those where it is not known being the longest.
 fn middle(rows: &[&Row], part: fn(&Row) -> Option<u64>) -> String {
-    let waits: crate::experiment::Waits = rows.iter().map(|row| part(row)).collect();
+    let waits: Waits = rows.iter().map(|row| part(row)).collect();
     waits.median().map_or("-".into(), |turns| turns.to_string())
 }
 
