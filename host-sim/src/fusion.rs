@@ -83,7 +83,8 @@ pub enum Own {
 pub struct FusionRules {
     /// How each sensor's own grid is kept; the trimmed and the median method.
     pub own: Own,
-    /// The surest that one measurement may be; the Bayes method.
+    /// The surest that one measurement may be; where eq. 1 takes it up: the Bayes method, and a sensor's
+    /// own accumulated grid.
     pub strongest: Strength,
     /// The open numbers of `AddToGrid`; the robust method.
     pub robust: RobustRules,
@@ -156,17 +157,16 @@ impl HostMapper {
         let layered = || vec![0; cells * usize::from(sensors)];
         let FusionRules {
             own,
-            strongest: sure,
+            strongest,
             robust: add,
             health: rules,
         } = *fusion;
         let health = vec![add.first_health(); sensors.into()];
         let trim = u8::from(sensors >= 3);
-        // A vote counts as it is: what a sensor accumulated is bounded, its latest word is the median's too.
-        let any = Strength::UNLIMITED;
+        let accumulated = Accumulated { strongest };
         Self(match (method, own) {
             (Method::Bayes, _) => {
-                let grid = BayesGrid::try_new(geometry, sure, flat);
+                let grid = BayesGrid::try_new(geometry, strongest, flat);
                 Inner::Bayes(Mapper::new(grid.expect(RIGHT_SIZE), health, rules))
             }
             (Method::Robust, _) => {
@@ -175,19 +175,19 @@ impl HostMapper {
                 Inner::Robust(Mapper::new(grid.expect(RIGHT_SIZE), health, rules))
             }
             (Method::Trimmed, Own::Latest) => {
-                let grid = TrimmedGrid::try_new(geometry, sensors, trim, any, layered());
+                let grid = TrimmedGrid::try_new(geometry, sensors, trim, Latest, layered());
                 Inner::TrimmedLatest(Mapper::new(grid.expect(RIGHT_SIZE), health, rules))
             }
             (Method::Trimmed, Own::Accumulated) => {
-                let grid = TrimmedGrid::try_new(geometry, sensors, trim, any, layered());
+                let grid = TrimmedGrid::try_new(geometry, sensors, trim, accumulated, layered());
                 Inner::TrimmedAccumulated(Mapper::new(grid.expect(RIGHT_SIZE), health, rules))
             }
             (Method::Median, Own::Latest) => {
-                let grid = MedianGrid::try_new(geometry, sensors, layered());
+                let grid = MedianGrid::try_new(geometry, sensors, Latest, layered());
                 Inner::MedianLatest(Mapper::new(grid.expect(RIGHT_SIZE), health, rules))
             }
             (Method::Median, Own::Accumulated) => {
-                let grid = MedianGrid::try_new(geometry, sensors, layered());
+                let grid = MedianGrid::try_new(geometry, sensors, accumulated, layered());
                 Inner::MedianAccumulated(Mapper::new(grid.expect(RIGHT_SIZE), health, rules))
             }
         })

@@ -214,8 +214,8 @@ impl Cone {
 mod tests {
     use super::super::picture::draw_beam;
     use super::super::{
-        BayesGrid, BeamConfig, Cell, CertaintyGrid, Mapper, MedianGrid, RobustGrid, RobustRules,
-        Strength,
+        BayesGrid, BeamConfig, Cell, CertaintyGrid, Latest, Mapper, MedianGrid, RobustGrid,
+        RobustRules, Strength,
     };
     use super::*;
     use crate::health::{Health, HealthRules};
@@ -304,7 +304,7 @@ mod tests {
             let post = post.unwrap();
             let bayes = BayesGrid::try_new(yard, Strength::MEASUREMENT, [0; 252]).unwrap();
             let robust = RobustGrid::try_new(yard, RobustRules::DEFAULT, 2, [0; 252], [0; 63]);
-            let median = MedianGrid::<_, _, 2>::try_new(yard, 2, [0; 504]).unwrap();
+            let median = MedianGrid::<_, _, 2>::try_new(yard, 2, Latest, [0; 504]).unwrap();
             let outcomes = [
                 erased(bayes, &seen, &unseen, post),
                 erased(robust.unwrap(), &seen, &unseen, post),

@@ -3,7 +3,6 @@
 use super::grid::{Measurement, Refused, Unfit, zeroed};
 use super::{Cell, Geometry, LogOdds, Shape, Strength};
 use crate::certainty::Certainty;
-use core::marker::PhantomData;
 use heapless::Vec;
 
 /// How a sensor's own grid takes the sensor's next word about a cell.
@@ -11,7 +10,7 @@ use heapless::Vec;
 /// \[000\] §3.1 lets "each sensor produce its own grid" and does not say how.
 pub trait OwnGrid {
     /// Returns what is stored after `measurement`; 0 is a cell that the sensor never saw.
-    fn updated(stored: u8, measurement: Certainty) -> u8;
+    fn updated(&self, stored: u8, measurement: Certainty) -> u8;
 
     /// Returns what the sensor says about the cell; `None` if it never saw it.
     fn certainty(stored: u8) -> Option<Certainty>;
@@ -26,7 +25,7 @@ pub struct Latest;
 
 impl OwnGrid for Latest {
     #[inline]
-    fn updated(_stored: u8, measurement: Certainty) -> u8 {
+    fn updated(&self, _stored: u8, measurement: Certainty) -> u8 {
         match measurement.deviation() {
             0 => (-1_i8).cast_unsigned(),
             deviation => deviation.cast_unsigned(),
@@ -47,16 +46,27 @@ impl OwnGrid for Latest {
 ///
 /// Stored are log-odds; even odds that were seen take the code −128.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Accumulated;
+pub struct Accumulated {
+    /// The surest that one of its words may be.
+    pub strongest: Strength,
+}
+
+impl Default for Accumulated {
+    fn default() -> Self {
+        Self {
+            strongest: Strength::MEASUREMENT,
+        }
+    }
+}
 
 impl OwnGrid for Accumulated {
     #[inline]
-    fn updated(stored: u8, measurement: Certainty) -> u8 {
+    fn updated(&self, stored: u8, measurement: Certainty) -> u8 {
         let before = match stored.cast_signed() {
             i8::MIN => LogOdds::EVEN,
             steps => LogOdds::from_steps(steps),
         };
-        let opinion = Strength::MEASUREMENT.odds(measurement);
+        let opinion = self.strongest.odds(measurement);
         match before.saturating_add(opinion).steps() {
             0 => i8::MIN.cast_unsigned(),
             steps => steps.cast_unsigned(),
@@ -81,7 +91,7 @@ pub(super) struct Layers<Sh, S, const N: usize, K> {
     pub(super) shape: Sh,
     storage: S,
     sensors: u8,
-    own: PhantomData<K>,
+    own: K,
 }
 
 impl<Sh, S, const N: usize, K> Layers<Sh, S, N, K>
@@ -90,7 +100,7 @@ where
     S: AsRef<[u8]> + AsMut<[u8]>,
     K: OwnGrid,
 {
-    pub(super) fn try_new(shape: Sh, sensors: u8, storage: S) -> Result<Self, Refused<S>> {
+    pub(super) fn try_new(shape: Sh, sensors: u8, own: K, storage: S) -> Result<Self, Refused<S>> {
         let cells = shape.geometry().cells() as usize;
         if sensors == 0 || usize::from(sensors) > N {
             let why = Unfit::Sensors { most: N };
@@ -101,7 +111,7 @@ where
             shape,
             storage,
             sensors,
-            own: PhantomData,
+            own,
         })
     }
 
@@ -118,7 +128,7 @@ where
         let layer = measurement.sensor.slot().wrapping_mul(cells);
         let place = layer.wrapping_add(cell.index());
         if let Some(stored) = self.storage.as_mut().get_mut(place) {
-            *stored = K::updated(*stored, measurement.certainty);
+            *stored = self.own.updated(*stored, measurement.certainty);
         }
     }
 
@@ -150,7 +160,7 @@ mod tests {
     fn the_latest_word_is_kept_but_for_the_code_of_never_seen() {
         assert_eq!(Latest::certainty(0), None);
         for bits in 0..=u8::MAX {
-            let stored = Latest::updated(77, Certainty::from_bits(bits));
+            let stored = Latest.updated(77, Certainty::from_bits(bits));
             let expected = if bits == 127 { 128 } else { bits };
             assert_eq!(
                 Latest::certainty(stored),
@@ -162,7 +172,8 @@ mod tests {
     #[test]
     fn accumulated_words_are_eq_1_and_always_seen() {
         assert_eq!(Accumulated::certainty(0), None);
-        let occupied = Accumulated::updated(0, Certainty::OCCUPIED);
+        let own = Accumulated::default();
+        let occupied = own.updated(0, Certainty::OCCUPIED);
         assert_eq!(
             Accumulated::certainty(occupied).map(Certainty::to_bits),
             Some(230)
@@ -170,9 +181,9 @@ mod tests {
         // 35 steps up, and 14 down five times over: even, yet seen.
         let words = [Certainty::OCCUPIED, Certainty::OCCUPIED];
         let words = words.into_iter().chain([Certainty::FREE; 5]);
-        let balanced = words.fold(0, Accumulated::updated);
+        let balanced = words.fold(0, |stored, word| own.updated(stored, word));
         assert_eq!(Accumulated::certainty(balanced), Some(Certainty::UNCERTAIN));
-        let again = Accumulated::updated(balanced, Certainty::OCCUPIED);
+        let again = own.updated(balanced, Certainty::OCCUPIED);
         assert_eq!(again, occupied);
     }
 }

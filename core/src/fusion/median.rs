@@ -27,13 +27,14 @@ where
     S: AsRef<[u8]> + AsMut<[u8]>,
     K: OwnGrid,
 {
-    /// Creates a grid for sensors 1 to `sensors` that have seen nothing yet.
+    /// Creates a grid for sensors 1 to `sensors` that have seen nothing yet and keep their words as
+    /// `own` does.
     ///
     /// # Errors
     ///
     /// [`Refused`] unless `sensors` is 1 to `N` and `storage` has a byte for each cell and sensor.
-    pub fn try_new(shape: Sh, sensors: u8, storage: S) -> Result<Self, Refused<S>> {
-        Layers::try_new(shape, sensors, storage).map(|layers| Self { layers })
+    pub fn try_new(shape: Sh, sensors: u8, own: K, storage: S) -> Result<Self, Refused<S>> {
+        Layers::try_new(shape, sensors, own, storage).map(|layers| Self { layers })
     }
 }
 
@@ -132,7 +133,7 @@ mod tests {
     #[test]
     fn the_vote_adapts_to_who_saw_the_cell() {
         let shape = Geometry::try_new(4, 1, Millimeters::new(100), Point::ORIGIN).unwrap();
-        let mut grid = MedianGrid::<_, _, 3>::try_new(shape, 3, [0; 12]).unwrap();
+        let mut grid = MedianGrid::<_, _, 3>::try_new(shape, 3, Latest, [0; 12]).unwrap();
         // Sensor 3 lies everywhere; ever fewer sensors see the cells from left to right.
         for (column, seen_by) in [(0, [1, 2, 3].as_slice()), (1, &[1, 3]), (2, &[3])] {
             let cell = shape.cell(column, 0).unwrap();
@@ -154,7 +155,8 @@ mod tests {
         let shape = Geometry::try_new(1, 1, Millimeters::new(100), Point::ORIGIN).unwrap();
         for sensors in [0, 4] {
             let storage = vec![0; sensors.into()];
-            let refused = MedianGrid::<_, _, 3, Accumulated>::try_new(shape, sensors, storage);
+            let refused =
+                MedianGrid::<_, _, 3, _>::try_new(shape, sensors, Accumulated::default(), storage);
             assert_eq!(refused.unwrap_err().why, Unfit::Sensors { most: 3 });
         }
     }

@@ -2,7 +2,7 @@
 
 use super::grid::{CertaintyGrid, Measurement, Refused, Unfit};
 use super::layers::{Latest, Layers, OwnGrid};
-use super::{Cell, Geometry, LogOdds, Shape, Strength};
+use super::{Cell, Geometry, LogOdds, Shape};
 use crate::certainty::Certainty;
 use crate::health::Health;
 
@@ -18,7 +18,6 @@ use crate::health::Health;
 pub struct TrimmedGrid<Sh, S, const N: usize, K = Latest> {
     layers: Layers<Sh, S, N, K>,
     trim: u8,
-    strongest: Strength,
 }
 
 impl<Sh, S, const N: usize, K> TrimmedGrid<Sh, S, N, K>
@@ -29,8 +28,7 @@ where
 {
     /// Creates a grid for sensors 1 to `sensors`, of which `trim` may be wrong at a time.
     ///
-    /// `strongest` is the surest that one sensor's word may be in eq. 1; see
-    /// [`BayesGrid`](super::BayesGrid).
+    /// Each keeps its words as `own` does; what is left of the votes enters eq. 1 as it is.
     ///
     /// # Errors
     ///
@@ -40,18 +38,14 @@ where
         shape: Sh,
         sensors: u8,
         trim: u8,
-        strongest: Strength,
+        own: K,
         storage: S,
     ) -> Result<Self, Refused<S>> {
         if u16::from(trim).wrapping_mul(2) >= u16::from(sensors) {
             let why = Unfit::Trim;
             return Err(Refused { why, storage });
         }
-        Layers::try_new(shape, sensors, storage).map(|layers| Self {
-            layers,
-            trim,
-            strongest,
-        })
+        Layers::try_new(shape, sensors, own, storage).map(|layers| Self { layers, trim })
     }
 }
 
@@ -71,7 +65,7 @@ where
     }
 
     fn certainty(&self, cell: Cell) -> Certainty {
-        trimmed(&self.layers.votes(cell), self.trim.into(), self.strongest)
+        trimmed(&self.layers.votes(cell), self.trim.into())
     }
 
     fn memory_bytes(&self) -> usize {
@@ -80,11 +74,11 @@ where
 }
 
 /// Eq. 1 of sorted votes without the `trim` lowest and highest.
-fn trimmed(votes: &[Certainty], trim: usize, strongest: Strength) -> Certainty {
+fn trimmed(votes: &[Certainty], trim: usize) -> Certainty {
     let end = votes.len().saturating_sub(trim);
     let kept = votes.get(trim..end).unwrap_or(&[]);
     kept.iter()
-        .map(|&vote| strongest.odds(vote))
+        .map(|&vote| LogOdds::of(vote))
         .fold(LogOdds::EVEN, LogOdds::saturating_add)
         .certainty()
 }
@@ -97,7 +91,7 @@ mod tests {
     fn fused(bits: &[u8], trim: usize) -> Certainty {
         let mut votes: Vec<_> = bits.iter().copied().map(Certainty::from_bits).collect();
         votes.sort();
-        trimmed(&votes, trim, Strength::UNLIMITED)
+        trimmed(&votes, trim)
     }
 
     #[test]
@@ -112,8 +106,7 @@ mod tests {
     #[test]
     fn a_trim_that_leaves_nothing_of_all_sensors_is_refused() {
         let shape = Geometry::try_new(1, 1, Millimeters::new(100), Point::ORIGIN).unwrap();
-        let with =
-            |trim| TrimmedGrid::<_, _, 3>::try_new(shape, 3, trim, Strength::UNLIMITED, [0; 3]);
+        let with = |trim| TrimmedGrid::<_, _, 3>::try_new(shape, 3, trim, Latest, [0; 3]);
         assert!(with(1).is_ok());
         assert_eq!(with(2).unwrap_err().why, Unfit::Trim);
     }
