@@ -16,6 +16,8 @@ pub enum Purpose {
     Fault,
     /// Where obstacles stand.
     Layout,
+    /// The seeds of an evaluation's runs.
+    Repetition,
 }
 
 /// Returns the stream of `sensor`'s `part` for `purpose`, in the run that `seed` names.
@@ -27,6 +29,7 @@ pub fn stream(seed: u64, purpose: Purpose, sensor: u8, part: u32) -> ChaCha8Rng 
         Purpose::Transducer => 0_u64,
         Purpose::Fault => 1,
         Purpose::Layout => 2,
+        Purpose::Repetition => 3,
     };
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(purpose << 40 | u64::from(part) << 8 | u64::from(sensor));
@@ -41,7 +44,12 @@ mod tests {
     #[test]
     fn no_two_streams_of_a_run_agree() {
         let mut first: Vec<u64> = Vec::new();
-        for purpose in [Purpose::Transducer, Purpose::Fault, Purpose::Layout] {
+        for purpose in [
+            Purpose::Transducer,
+            Purpose::Fault,
+            Purpose::Layout,
+            Purpose::Repetition,
+        ] {
             for sensor in [0, 1, 255] {
                 for part in [0, 1, u32::MAX] {
                     first.push(stream(7, purpose, sensor, part).next_u64());
