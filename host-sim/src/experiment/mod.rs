@@ -5,9 +5,10 @@ mod reference;
 mod rig;
 mod run;
 mod score;
+pub mod table2;
 
 pub use crew::{Crew, CrewError, CrewMember};
 pub use reference::{Reference, Truth};
 pub use rig::{Mounting, Overlap, Profile, Rig, RigError};
 pub use run::{Length, MethodResult, Run, STEP_MS, Setup, SetupError, TakenReading};
-pub use score::Score;
+pub use score::{Score, Scored};

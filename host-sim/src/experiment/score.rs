@@ -31,6 +31,34 @@ pub enum Scored {
 }
 
 impl Score {
+    /// No distance at all.
+    pub(super) const ZERO: Self = Self {
+        mae: 0.0,
+        mse: 0.0,
+        missed: 0.0,
+        ghost: 0.0,
+    };
+
+    /// The sum of two, for a mean.
+    pub(super) fn plus(&self, other: &Self) -> Self {
+        Self {
+            mae: self.mae + other.mae,
+            mse: self.mse + other.mse,
+            missed: self.missed + other.missed,
+            ghost: self.ghost + other.ghost,
+        }
+    }
+
+    /// A part of it, for a mean.
+    pub(super) fn over(&self, count: f64) -> Self {
+        Self {
+            mae: self.mae / count,
+            mse: self.mse / count,
+            missed: self.missed / count,
+            ghost: self.ghost / count,
+        }
+    }
+
     /// Compares a map with the truth, cell by cell.
     ///
     /// Certainties count as bytes over 255, so that *free* and *occupied* are 1 apart. Where there is
