@@ -13,6 +13,7 @@ mod progress;
 mod replay;
 mod simulate;
 mod table;
+mod table2;
 
 use crate::export::MapImage;
 use certainty_core::certainty::Certainty;
@@ -40,6 +41,8 @@ enum Command {
     Replay(replay::Arguments),
     /// Two maps (PGM + YAML): where they agree, what is missed, what is a ghost
     Compare(compare::Arguments),
+    /// The evaluation of [001] Table 2: every method's distance from perfect sensors, beside the paper's
+    Table2(table2::Arguments),
 }
 
 /// A map's cells with the frame that its grid gives them.
@@ -58,6 +61,7 @@ pub fn main() -> ExitCode {
             Command::Simulate(arguments) => simulate::run(&arguments),
             Command::Replay(arguments) => replay::run(&arguments),
             Command::Compare(arguments) => compare::run(&arguments),
+            Command::Table2(arguments) => table2::run(&arguments),
         },
         Err(error) => failure::usage(&error),
     };

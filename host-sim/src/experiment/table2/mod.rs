@@ -30,10 +30,16 @@
 //! Every line but the last two is a [`Choice`] with its alternatives.
 
 mod choices;
+mod evaluation;
+mod figures;
 mod repetition;
+mod sensitivity;
 
 pub use choices::{
     Accuracy, Alternative, CHOICES, Choice, Choices, Evidence, FalseDistances, Obstacles, Open,
     Permanent, Spread, Standard, Sweeps,
 };
+pub use evaluation::{Evaluation, MethodFigures};
+pub use figures::{Candidate, Figures, PRINTED_METHODS, factor};
 pub use repetition::{Measure, Repetition, Teller, repetition};
+pub use sensitivity::{BestGiven, Effort, Neighbour, Search, neighbours, neighbours_steps};
