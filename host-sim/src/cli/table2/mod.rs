@@ -44,15 +44,16 @@ pub(super) struct Arguments {
 
 /// Worlds of each set-up that is varied; of fewer, if fewer are asked for.
 const VARIED_WORLDS: u32 = 100;
-/// Worlds of each set-up of the screen: two tell set-ups apart that are off by a quarter or more.
-const SCREEN_WORLDS: u32 = 2;
+/// Worlds of each set-up of the screen.
+const SCREEN_WORLDS: u32 = 4;
 /// Set-ups of the screen with each alternative that are run again.
-const FINALISTS: usize = 8;
+const FINALISTS: usize = 12;
 
 /// What was varied.
 #[derive(Debug)]
 struct Sensitivity {
     worlds: u32,
+    screen_worlds: u32,
     neighbours: Vec<Neighbour>,
     search: Search,
 }
@@ -108,6 +109,7 @@ fn varied(arguments: &Arguments) -> Sensitivity {
     progress.finish_and_clear();
     Sensitivity {
         worlds,
+        screen_worlds: effort.screen_worlds,
         neighbours,
         search,
     }
@@ -117,8 +119,8 @@ fn varied(arguments: &Arguments) -> Sensitivity {
 fn written(evaluation: &Evaluation, out: &OutDir) -> Result<Vec<PathBuf>, Failure> {
     let table = out.write("table2.csv", |file| {
         writeln!(file, "world,method,mae,mse,missed,ghost")?;
-        for (number, world) in evaluation.worlds.iter().enumerate() {
-            for (method, score) in Method::ALL.iter().zip(&world.scores) {
+        for (number, world) in evaluation.worlds().enumerate() {
+            for (method, score) in Method::ALL.iter().zip(world) {
                 writeln!(
                     file,
                     "{number},{method},{},{},{},{}",
@@ -130,3 +132,6 @@ fn written(evaluation: &Evaluation, out: &OutDir) -> Result<Vec<PathBuf>, Failur
     });
     Ok(vec![table.map_err(|error| Failure::input(&error))?])
 }
+
+#[cfg(test)]
+mod tests;

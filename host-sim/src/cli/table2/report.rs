@@ -39,6 +39,9 @@ struct MethodReport {
     mse_sd: Option<f64>,
     missed: f64,
     ghost: f64,
+    /// MAE and MSE of what the method makes of perfect readings.
+    floor_mae: f64,
+    floor_mse: f64,
 }
 
 #[derive(Debug, Serialize)]
@@ -79,6 +82,9 @@ struct MovedReport {
 #[derive(Debug, Serialize)]
 struct SearchReport {
     screened: usize,
+    /// How many of them the text allows, and how many of those come in the paper's order.
+    allowed: usize,
+    in_order: usize,
     finalists: usize,
     /// Whether all six figures of the best set-up are near the printed ones.
     reproduces: bool,
@@ -119,7 +125,7 @@ impl Report {
     ) -> Self {
         Self {
             seed,
-            worlds: evaluation.worlds.len(),
+            worlds: evaluation.worlds().len(),
             readings_per_method: evaluation.readings,
             methods: evaluation.methods.iter().map(MethodReport::from).collect(),
             paper: paper(),
@@ -142,6 +148,8 @@ impl From<&MethodFigures> for MethodReport {
             mse_sd: row.deviation.map(|score| score.mse),
             missed: row.mean.missed,
             ghost: row.mean.ghost,
+            floor_mae: row.floor.mae,
+            floor_mse: row.floor.mse,
         }
     }
 }
@@ -211,6 +219,8 @@ impl From<&Search> for SearchReport {
         });
         Self {
             screened: search.screened,
+            allowed: search.allowed,
+            in_order: search.in_order,
             finalists: search.finalists,
             reproduces: search.reproduces(),
             best: CandidateReport::from(&search.best),

@@ -18,7 +18,7 @@ pub(super) fn told(
     let mut text = format!(
         "[001] Table 2   worlds: {}   readings a method and world: {}   seed: {seed}\n\
          MAE and MSE in thousandths: mean ± standard deviation over the worlds\n\n",
-        evaluation.worlds.len(),
+        evaluation.worlds().len(),
         evaluation.readings,
     );
     text += &methods(evaluation);
@@ -28,8 +28,8 @@ pub(super) fn told(
         "does not hold"
     };
     text += &format!(
-        "\nThe paper's order, median < robust < bayes in MAE and MSE, {holds} for the means; \
-         in {} of the worlds.\n",
+        "The paper's order, median < robust < bayes in MAE and MSE, {holds} for the\n\
+         means; in {} of the worlds.\n",
         percent(evaluation.order_held_in())
     );
     if let Some(sensitivity) = sensitivity {
@@ -54,6 +54,7 @@ fn methods(evaluation: &Evaluation) -> String {
             method,
             mean,
             deviation,
+            floor: _,
         } = method;
         let printed = Figures::PRINTED.values();
         let place = PRINTED_METHODS.iter().position(|printed| printed == method);
@@ -73,7 +74,12 @@ fn methods(evaluation: &Evaluation) -> String {
         cells.extend([percent(mean.missed), percent(mean.ghost)]);
         cells
     }));
-    table(&rows)
+    let floors = evaluation.methods.iter().map(|row| {
+        let (mae, mse) = (thousandths(row.floor.mae), thousandths(row.floor.mse));
+        format!("{} {mae}/{mse}", row.method)
+    });
+    let floors: Vec<_> = floors.collect();
+    table(&rows) + &format!("\nof perfect readings (MAE/MSE):\n{}\n", floors.join(", "))
 }
 
 /// What the open choices do.
@@ -128,7 +134,11 @@ fn varied(sensitivity: &Sensitivity) -> String {
         }
     }
     text += &table(&rows);
-    text += "! the text speaks against it\n\n";
+    text += &format!(
+        "! the text speaks against it\n\n\
+         Of {} set-ups that the text allows, {} come in the paper's order ({} worlds each).\n",
+        search.allowed, search.in_order, sensitivity.screen_worlds
+    );
     text += &answer(search);
     text.push('\n');
     text

@@ -14,6 +14,8 @@ pub struct MethodFigures {
     pub mean: Score,
     /// The standard deviation of a world's figures; none of a single world.
     pub deviation: Option<Score>,
+    /// The mean of what it makes of perfect readings: see [`Measure::FLOOR`].
+    pub floor: Score,
 }
 
 /// What the evaluation came to.
@@ -25,9 +27,11 @@ pub struct Evaluation {
     pub readings: usize,
     /// Every method of [`Method::ALL`], in its order.
     pub methods: Vec<MethodFigures>,
-    /// Each world's scores, one a method.
-    pub worlds: Vec<Repetition>,
+    worlds: Vec<Repetition>,
 }
+
+/// The score by the set-up's measure and the floor, of each method.
+const MEASURES: usize = 2;
 
 impl Evaluation {
     /// Repeats the evaluation in `worlds` worlds; `done` hears of each.
@@ -36,7 +40,7 @@ impl Evaluation {
     /// depend on how many threads there are.
     pub fn run(choices: Choices, seed: u64, worlds: u32, done: impl Fn() + Sync) -> Self {
         let tellers = Method::ALL.map(|method| Teller::new(method, &choices));
-        let measures = [Measure::of(&choices)];
+        let measures: [_; MEASURES] = [Measure::of(&choices), Measure::FLOOR];
         let repeated = (0..worlds).into_par_iter().map(|number| {
             let world = repetition(&choices, &tellers, &measures, seed, number);
             done();
@@ -45,12 +49,16 @@ impl Evaluation {
         let worlds: Vec<_> = repeated.collect();
         let methods = Method::ALL.into_iter().enumerate();
         let methods = methods.map(|(place, method)| {
+            let place = place * MEASURES;
             let scores = worlds.iter().map(|world| &world.scores[place]);
             let (mean, deviation) = mean_and_deviation(scores);
+            let floors = worlds.iter().map(|world| &world.scores[place + 1]);
+            let (floor, _) = mean_and_deviation(floors);
             MethodFigures {
                 method,
                 mean,
                 deviation,
+                floor,
             }
         });
         Self {
@@ -59,6 +67,16 @@ impl Evaluation {
             methods: methods.collect(),
             worlds,
         }
+    }
+
+    /// Returns each world's scores, one a method of [`Method::ALL`].
+    #[must_use]
+    pub fn worlds(&self) -> impl ExactSizeIterator<Item = Vec<Score>> {
+        let of_methods = |world: &Repetition| {
+            let scores = world.scores.iter().step_by(MEASURES);
+            scores.copied().collect()
+        };
+        self.worlds.iter().map(of_methods)
     }
 
     /// Returns the six figures that the paper prints.
@@ -81,11 +99,11 @@ impl Evaluation {
     pub fn order_held_in(&self) -> f64 {
         let place = |wanted| Method::ALL.iter().position(|&method| method == wanted);
         let places = PRINTED_METHODS.map(|method| place(method).unwrap_or(0));
-        let in_order = |world: &&Repetition| {
-            let scores = places.map(|place| &world.scores[place]);
+        let in_order = |world: &Vec<Score>| {
+            let scores = places.map(|place| &world[place]);
             Figures::of(scores).in_the_papers_order()
         };
-        let held = self.worlds.iter().filter(in_order).count();
+        let held = self.worlds().filter(in_order).count();
         held as f64 / self.worlds.len().max(1) as f64
     }
 }

@@ -51,18 +51,35 @@ impl Teller {
     }
 }
 
-/// What a map is compared with, and in which cells.
+/// Whose readings make the map, what it is compared with, and in which cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Measure {
+    readings: Readings,
     standard: Standard,
     scored: Scored,
 }
 
+/// Whose readings make the map that is measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Readings {
+    Real,
+    Perfect,
+}
+
 impl Measure {
+    /// What a method makes of perfect readings, from the landmarks of the same readings: the distance
+    /// that no sensor's error has a part in.
+    pub const FLOOR: Self = Self {
+        readings: Readings::Perfect,
+        standard: Standard::Landmarks,
+        scored: Scored::All,
+    };
+
     /// Creates the measure that `choices` take.
     #[must_use]
     pub const fn of(choices: &Choices) -> Self {
         Self {
+            readings: Readings::Real,
             standard: choices.reference,
             scored: choices.scored,
         }
@@ -124,21 +141,26 @@ impl Repetition {
     fn add(&mut self, run: &Run, tellers: &[Teller], measures: &[Measure]) {
         let truth = run.reference.cells();
         let landmarks: Vec<_> = truth.iter().map(|cell| cell.certainty()).collect();
-        let by_method = |measure: &Measure| measure.standard == Standard::SameMethod;
-        let perfect = measures
-            .iter()
-            .any(by_method)
-            .then(|| run.of_perfect_sensors());
+        let needs_perfect = |measure: &Measure| {
+            measure.readings == Readings::Perfect || measure.standard == Standard::SameMethod
+        };
+        let perfect = measures.iter().any(needs_perfect);
+        let perfect = perfect.then(|| run.of_perfect_sensors());
         let mut sums = self.scores.iter_mut();
         for teller in tellers {
-            let map = teller.map(run);
-            let same_method = perfect.as_ref().map(|perfect| teller.map(perfect));
+            let real = teller.map(run);
+            let of_perfect = perfect.as_ref().map(|perfect| teller.map(perfect));
+            let of_perfect = of_perfect.as_ref().unwrap_or(&landmarks);
             for (measure, sum) in measures.iter().zip(&mut sums) {
-                let ideal = match (measure.standard, &same_method) {
-                    (Standard::SameMethod, Some(same_method)) => same_method,
-                    _ => &landmarks,
+                let map = match measure.readings {
+                    Readings::Real => &real,
+                    Readings::Perfect => of_perfect,
                 };
-                *sum = sum.plus(&Score::against(&map, ideal, truth, measure.scored));
+                let ideal = match measure.standard {
+                    Standard::Landmarks => &landmarks,
+                    Standard::SameMethod => of_perfect,
+                };
+                *sum = sum.plus(&Score::against(map, ideal, truth, measure.scored));
             }
         }
     }
@@ -181,6 +203,7 @@ mod tests {
         let all = primary(3, 0).scores;
         let measures = [
             Measure {
+                readings: Readings::Real,
                 standard: Standard::SameMethod,
                 scored: Scored::Known,
             },
@@ -201,7 +224,7 @@ mod tests {
         let tellers = Method::ALL.map(|method| Teller::new(method, &Choices::PRIMARY));
         let measure = Measure {
             standard: Standard::SameMethod,
-            scored: Scored::All,
+            ..Measure::of(&Choices::PRIMARY)
         };
         let mut total = Repetition {
             readings: 0,
@@ -211,6 +234,22 @@ mod tests {
         assert!(total.scores.iter().all(|score| score.mae == 0.0));
         total.add(&run, &tellers, &[measure]);
         assert!(total.scores.iter().all(|score| score.mae > 0.0));
+    }
+
+    #[test]
+    fn the_floor_is_what_perfect_readings_come_to() {
+        let world = Arc::new(World::built_in());
+        let run = Choices::PRIMARY.setup(world, Crew::default(), 1).run();
+        let perfect = run.unwrap().of_perfect_sensors();
+        let teller = Teller::new(Method::Robust, &Choices::PRIMARY);
+        let mut total = Repetition {
+            readings: 0,
+            scores: vec![Score::ZERO; 2],
+        };
+        let measures = [Measure::FLOOR, Measure::of(&Choices::PRIMARY)];
+        total.add(&perfect, &[teller], &measures);
+        assert_eq!(total.scores[0], total.scores[1]);
+        assert!(total.scores[0].mae > 0.0);
     }
 
     #[test]

@@ -6,7 +6,7 @@ use crate::experiment::table2::{CHOICES, Choice, Choices, Figures};
 /// How much the search may compute.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Effort {
-    /// Worlds of each set-up of the screen.
+    /// Worlds of each set-up of the screen; with none, the finalists are the first that are listed.
     pub screen_worlds: u32,
     /// How many set-ups of the screen with each alternative are run again.
     pub finalists: usize,
@@ -30,7 +30,11 @@ pub struct BestGiven {
 pub struct Search {
     /// How many set-ups were screened.
     pub screened: usize,
-    /// How many of them were run again.
+    /// How many of them the text allows.
+    pub allowed: usize,
+    /// How many of those come in the paper's order, in the screen's few worlds.
+    pub in_order: usize,
+    /// How many of all were run again.
     pub finalists: usize,
     /// The best set-up that the text allows.
     pub best: Candidate,
@@ -102,6 +106,11 @@ impl Search {
         steps(families.len() as u64 * u64::from(effort.screen_worlds));
         let mut screened = means(&families, seed, 0..effort.screen_worlds, &done);
         screened.sort_by(nearer);
+        let allowed = screened
+            .iter()
+            .filter(|each| !each.choices.contradicts_the_text());
+        let orders = allowed.map(|each| each.figures.in_the_papers_order());
+        let orders: Vec<_> = orders.collect();
 
         let mut again: Vec<Choices> = Vec::new();
         for (choice, place) in alternatives(factors) {
@@ -140,6 +149,8 @@ impl Search {
             .filter(|each| !each.choices.contradicts_the_text());
         Self {
             screened: screened.len(),
+            allowed: orders.len(),
+            in_order: orders.into_iter().filter(|&in_order| in_order).count(),
             finalists: judged.len(),
             best: *allowed.next().expect("the text allows some set-up"),
             given,
@@ -261,7 +272,8 @@ mod tests {
             |_| {},
             || {},
         );
-        assert_eq!(found.screened, 3 * 2 * 2);
+        assert_eq!((found.screened, found.allowed), (3 * 2 * 2, 3 * 2));
+        assert!(found.in_order <= found.allowed);
         assert!(!found.best.choices.contradicts_the_text());
         let names = |choice: &str| {
             let of = found
