@@ -165,10 +165,11 @@ fn off_by(candidate: &Candidate) -> String {
 /// Whether any set-up reproduces the table, and what decides it, in words.
 pub(super) fn answer(search: &Search) -> String {
     let best = &search.best;
+    let allowed = search.allowed;
     let yes_or_no = if search.reproduces() {
-        "Yes: a set-up that the text allows comes within a quarter of all six printed figures"
+        format!("Yes: among {allowed} combinations that the text allows, one comes")
     } else {
-        "No: no set-up that the text allows comes within a quarter of all six printed figures"
+        format!("No: among {allowed} combinations that the text allows, none was found to come")
     };
     let ratios = best.figures.ratios().into_iter().enumerate();
     let farthest = ratios.max_by(|a, b| factor(a.1).total_cmp(&factor(b.1)));
@@ -185,7 +186,7 @@ pub(super) fn answer(search: &Search) -> String {
         .map(|(choice, decides)| format!("{} (×{decides:.2})", choice.name))
         .collect();
     format!(
-        "{yes_or_no}. The best is {}; its farthest figure, {}. What decides most, by how much \
+        "{yes_or_no} within a quarter of all six printed figures. The best is {}; its farthest figure, {}. What decides most, by how much \
          farther the best set-up is given the worst alternative: {}.",
         described(&best.choices),
         farthest.unwrap_or_default(),
