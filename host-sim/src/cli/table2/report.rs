@@ -105,6 +105,8 @@ struct ChoiceReport {
 struct AlternativeReport {
     alternative: &'static str,
     against: Option<&'static str>,
+    /// The share of the set-ups with it that come in the paper's order.
+    in_order: f64,
     best: CandidateReport,
 }
 
@@ -208,6 +210,7 @@ impl From<&Search> for SearchReport {
                 AlternativeReport {
                     alternative: alternative.name,
                     against: alternative.against,
+                    in_order: given.in_order,
                     best: CandidateReport::from(&given.best),
                 }
             });

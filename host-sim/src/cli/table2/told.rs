@@ -113,7 +113,12 @@ fn varied(sensitivity: &Sensitivity) -> String {
          in {} other worlds\n\n",
         search.screened, search.finalists, sensitivity.worlds
     );
-    let head = [&["choice", "alternative"][..], &COLUMNS, &["off by"]].concat();
+    let head = [
+        &["choice", "alternative"][..],
+        &COLUMNS,
+        &["off by", "in order"],
+    ]
+    .concat();
     let mut rows = vec![head.into_iter().map(str::to_owned).collect::<Vec<_>>()];
     for (choice, _) in search.deciding() {
         let given = search.given.iter();
@@ -130,6 +135,7 @@ fn varied(sensitivity: &Sensitivity) -> String {
             ];
             cells.extend(six(&given.best.figures));
             cells.push(off_by(&given.best));
+            cells.push(format!("{:.0} %", given.in_order * 100.0));
             rows.push(cells);
         }
     }

@@ -23,6 +23,8 @@ pub struct BestGiven {
     pub place: usize,
     /// The best set-up, which but for this alternative the text allows.
     pub best: Candidate,
+    /// The share of such set-ups that come in the paper's order, in the screen's few worlds.
+    pub in_order: f64,
 }
 
 /// What the search found.
@@ -137,10 +139,18 @@ impl Search {
                 .iter()
                 .filter(|each| may_stand_for(each, &choice, place));
             let &best = eligible.next()?;
+            let with = screened
+                .iter()
+                .filter(|each| may_stand_for(each, &choice, place));
+            let orders = with.map(|each| each.figures.in_the_papers_order());
+            let (held, all) = orders.fold((0_u32, 0_u32), |(held, all), holds| {
+                (held + u32::from(holds), all + 1)
+            });
             Some(BestGiven {
                 choice,
                 place,
                 best,
+                in_order: f64::from(held) / f64::from(all.max(1)),
             })
         });
         let given = given.collect();
@@ -289,6 +299,10 @@ mod tests {
         assert_eq!(names("mounting"), ["bumper"]);
         for given in &found.given {
             assert_eq!(given.choice.chosen(&given.best.choices), given.place);
+            if given.choice.name == "mounting" {
+                // The only alternative of this search: its set-ups are all that the text allows.
+                assert_eq!(given.in_order, found.in_order as f64 / found.allowed as f64);
+            }
             if given.choice.alternative(given.place).against.is_none() {
                 let (best, here) = (found.best.figures, given.best.figures);
                 assert!(best.worst_factor() <= here.worst_factor());
