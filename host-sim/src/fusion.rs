@@ -1,5 +1,9 @@
 //! The core's grids with the host's storage, chosen at run time.
 
+mod literal;
+
+pub use literal::LiteralGrid;
+
 use certainty_core::certainty::Certainty;
 use certainty_core::fusion::{
     Accumulated, BayesGrid, Beam, BeamModel, CertaintyGrid, Environment, Geometry, Latest, Mapper,
@@ -78,14 +82,26 @@ pub enum Own {
     Accumulated,
 }
 
+/// What eq. 1 of \[001\] is told where a measurement says *free* or *occupied*.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Landmarks {
+    /// Odds of at most [`FusionRules::strongest`].
+    Bounded,
+    /// Probabilities of 0 and 1, which eq. 1 can never take back: [`LiteralGrid`].
+    Literal,
+}
+
 /// What the methods leave open; the defaults are the core's.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FusionRules {
     /// How each sensor's own grid is kept; the trimmed and the median method.
     pub own: Own,
-    /// The surest that one measurement may be; where eq. 1 takes it up: the Bayes method, and a sensor's
-    /// own accumulated grid.
+    /// The surest that one measurement may be in a sensor's own grid that accumulates.
+    pub own_strongest: Strength,
+    /// The surest that one measurement may be; the Bayes method.
     pub strongest: Strength,
+    /// Whether that holds; the Bayes method. The others never take a landmark literally.
+    pub landmarks: Landmarks,
     /// The open numbers of `AddToGrid`; the robust method.
     pub robust: RobustRules,
     /// When a sensor is suspect, failed, recovering and healthy; every method.
@@ -98,7 +114,9 @@ impl Default for FusionRules {
     fn default() -> Self {
         Self {
             own: Own::Accumulated,
+            own_strongest: Strength::MEASUREMENT,
             strongest: Strength::MEASUREMENT,
+            landmarks: Landmarks::Bounded,
             robust: RobustRules::DEFAULT,
             health: HealthRules::DEFAULT,
         }
@@ -119,6 +137,7 @@ const MOST: usize = 255;
 #[derive(Debug, Clone)]
 enum Inner {
     Bayes(Mapper<BayesGrid<Geometry, Bytes>, Vec<Health>>),
+    Literal(Mapper<LiteralGrid, Vec<Health>>),
     Robust(Mapper<RobustGrid<Geometry, Bytes, Bytes>, Vec<Health>>),
     TrimmedLatest(Mapper<TrimmedGrid<Geometry, Bytes, MOST, Latest>, Vec<Health>>),
     TrimmedAccumulated(Mapper<TrimmedGrid<Geometry, Bytes, MOST, Accumulated>, Vec<Health>>),
@@ -131,6 +150,7 @@ macro_rules! each {
     ($inner:expr, $mapper:ident => $do:expr) => {
         match $inner {
             Inner::Bayes($mapper) => $do,
+            Inner::Literal($mapper) => $do,
             Inner::Robust($mapper) => $do,
             Inner::TrimmedLatest($mapper) => $do,
             Inner::TrimmedAccumulated($mapper) => $do,
@@ -157,14 +177,21 @@ impl HostMapper {
         let layered = || vec![0; cells * usize::from(sensors)];
         let FusionRules {
             own,
+            own_strongest,
             strongest,
+            landmarks,
             robust: add,
             health: rules,
         } = *fusion;
         let health = vec![add.first_health(); sensors.into()];
         let trim = u8::from(sensors >= 3);
-        let accumulated = Accumulated { strongest };
+        let accumulated = Accumulated {
+            strongest: own_strongest,
+        };
         Self(match (method, own) {
+            (Method::Bayes, _) if landmarks == Landmarks::Literal => {
+                Inner::Literal(Mapper::new(LiteralGrid::new(geometry), health, rules))
+            }
             (Method::Bayes, _) => {
                 let grid = BayesGrid::try_new(geometry, strongest, flat);
                 Inner::Bayes(Mapper::new(grid.expect(RIGHT_SIZE), health, rules))

@@ -16,6 +16,7 @@ mod recovery;
 mod replay;
 mod simulate;
 mod table;
+mod table2;
 
 use crate::export::MapImage;
 use certainty_core::certainty::Certainty;
@@ -47,6 +48,8 @@ enum Command {
     Campaign(campaign::Arguments),
     /// A sensor's confidence falls in a fault and comes back: [001] Fig. 7
     Recovery(recovery::Arguments),
+    /// The evaluation of [001] Table 2: every method's distance from perfect sensors, beside the paper's
+    Table2(table2::Arguments),
 }
 
 /// A map's cells with the frame that its grid gives them.
@@ -67,6 +70,7 @@ pub fn main() -> ExitCode {
             Command::Compare(arguments) => compare::run(&arguments),
             Command::Campaign(arguments) => campaign::run(&arguments),
             Command::Recovery(arguments) => recovery::run(&arguments),
+            Command::Table2(arguments) => table2::run(&arguments),
         },
         Err(error) => failure::usage(&error),
     };

@@ -44,6 +44,17 @@ impl Crew {
         )
     }
 
+    /// Returns the same sensors with what `change` makes of their errors.
+    #[must_use]
+    pub fn with_models(self, change: impl Fn(SensorModel) -> SensorModel) -> Self {
+        let members = self.0.into_iter();
+        let changed = members.map(|member| CrewMember {
+            model: change(member.model),
+            ..member
+        });
+        Self(changed.collect())
+    }
+
     /// Returns the sensors, the first being sensor 1.
     #[must_use]
     pub fn members(&self) -> &[CrewMember] {

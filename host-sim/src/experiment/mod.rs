@@ -9,11 +9,12 @@ mod rig;
 mod run;
 mod score;
 mod statistics;
+pub mod table2;
 
 pub use crew::{Crew, CrewError, CrewMember};
 pub use oracle::Oracle;
 pub use reference::{Reference, Truth};
 pub use rig::{Mounting, Overlap, Profile, Rig, RigError};
 pub use run::{Length, MethodResult, Run, STEP_MS, Setup, SetupError, TakenReading};
-pub use score::Score;
+pub use score::{Score, Scored};
 pub use statistics::{Estimate, Waits, standard_deviation};

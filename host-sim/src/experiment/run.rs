@@ -4,7 +4,7 @@ use super::{Crew, Profile, Reference, Rig, Score};
 use crate::fault::{FaultSpec, Faulty, SpecError, assign};
 use crate::fusion::{FusionRules, HostMapper, Method};
 use crate::replay::RecordedBeam;
-use crate::transducer::{Gp2d02Unit, Look, PerfectSensor, Sensor, SimulatedGp2d02};
+use crate::transducer::{Gp2d02Unit, Look, PerfectSensor, Sensor, SensorModel, SimulatedGp2d02};
 use crate::world::World;
 use certainty_core::certainty::Certainty;
 use certainty_core::fusion::{Beam, BeamModel, Shape};
@@ -228,19 +228,9 @@ impl Run {
     pub fn fuse_watching(
         &self,
         method: Method,
-        mut watch: impl FnMut(&TakenReading, &HostMapper),
+        watch: impl FnMut(&TakenReading, &HostMapper),
     ) -> MethodResult {
-        let crew = self.setup.crew.count();
-        let geometry = self.reference.geometry();
-        let mut mapper = HostMapper::new(method, &self.setup.fusion, geometry, crew);
-        for taken in &self.readings {
-            let beam = Beam::from(&taken.beam);
-            let model = &self.models[taken.beam.sensor.slot()];
-            mapper
-                .integrate(taken.beam.sensor, &beam, model, taken.beam.at)
-                .expect("the crew is the mapper's");
-            watch(taken, &mapper);
-        }
+        let mapper = self.integrate(method, &self.setup.fusion, watch);
         let cells = mapper.cells();
         MethodResult {
             method,
@@ -249,6 +239,65 @@ impl Run {
             bytes: mapper.memory_bytes(),
             health: mapper.health(),
         }
+    }
+
+    /// Returns the map that `method` makes of the readings by other rules than the set-up's.
+    ///
+    /// # Panics
+    ///
+    /// Never: the mapper is made for the crew.
+    #[must_use]
+    pub fn map_by(&self, method: Method, rules: &FusionRules) -> Vec<Certainty> {
+        self.integrate(method, rules, |_, _| {}).cells()
+    }
+
+    /// Returns the run of perfect sensors that looked where these did.
+    ///
+    /// Each is read as what it is: a sensor whose distances do not scatter.
+    #[must_use]
+    pub fn of_perfect_sensors(&self) -> Self {
+        let mut perfect = self.setup.perfect_sensor();
+        let readings = self.readings.iter().map(|taken| TakenReading {
+            beam: RecordedBeam {
+                reading: perfect.sense(&taken.look()),
+                ..taken.beam
+            },
+            spoilt: false,
+        });
+        let readings = readings.collect();
+        let flawless = |_| SensorModel::FLAWLESS;
+        let setup = Setup {
+            crew: self.setup.crew.clone().with_models(flawless),
+            faults: Vec::new(),
+            ..self.setup.clone()
+        };
+        Self {
+            readings,
+            models: setup.models(),
+            setup,
+            reference: self.reference.clone(),
+        }
+    }
+
+    /// Lets a mapper of `method` hear every reading.
+    fn integrate(
+        &self,
+        method: Method,
+        rules: &FusionRules,
+        mut watch: impl FnMut(&TakenReading, &HostMapper),
+    ) -> HostMapper {
+        let crew = self.setup.crew.count();
+        let geometry = self.reference.geometry();
+        let mut mapper = HostMapper::new(method, rules, geometry, crew);
+        for taken in &self.readings {
+            let beam = Beam::from(&taken.beam);
+            let model = &self.models[taken.beam.sensor.slot()];
+            mapper
+                .integrate(taken.beam.sensor, &beam, model, taken.beam.at)
+                .expect("the crew is the mapper's");
+            watch(taken, &mapper);
+        }
+        mapper
     }
 }
 

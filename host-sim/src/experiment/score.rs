@@ -21,7 +21,44 @@ pub struct Score {
     pub ghost: f64,
 }
 
+/// Which cells MAE and MSE are the mean over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Scored {
+    /// Every cell of the grid.
+    All,
+    /// Those that perfect sensors know: free or occupied.
+    Known,
+}
+
 impl Score {
+    /// No distance at all.
+    pub(super) const ZERO: Self = Self {
+        mae: 0.0,
+        mse: 0.0,
+        missed: 0.0,
+        ghost: 0.0,
+    };
+
+    /// The sum of two, for a mean.
+    pub(super) fn plus(&self, other: &Self) -> Self {
+        Self {
+            mae: self.mae + other.mae,
+            mse: self.mse + other.mse,
+            missed: self.missed + other.missed,
+            ghost: self.ghost + other.ghost,
+        }
+    }
+
+    /// A part of it, for a mean.
+    pub(super) fn over(&self, count: f64) -> Self {
+        Self {
+            mae: self.mae / count,
+            mse: self.mse / count,
+            missed: self.missed / count,
+            ghost: self.ghost / count,
+        }
+    }
+
     /// Compares a map with the truth, cell by cell.
     ///
     /// Certainties count as bytes over 255, so that *free* and *occupied* are 1 apart. Where there is
@@ -32,17 +69,37 @@ impl Score {
     /// If the two are of different sizes.
     #[must_use]
     pub fn of(map: &[Certainty], truth: &[Truth]) -> Self {
-        assert_eq!(
-            map.len(),
-            truth.len(),
+        let landmarks: Vec<_> = truth.iter().map(|cell| cell.certainty()).collect();
+        Self::against(map, &landmarks, truth, Scored::All)
+    }
+
+    /// Compares a map with another one, `ideal`, over the `scored` cells.
+    ///
+    /// What is missed and what is a ghost, only the truth can say; of no cell the distance is 0.
+    ///
+    /// # Panics
+    ///
+    /// If the three are of different sizes.
+    #[must_use]
+    pub fn against(
+        map: &[Certainty],
+        ideal: &[Certainty],
+        truth: &[Truth],
+        scored: Scored,
+    ) -> Self {
+        assert!(
+            map.len() == truth.len() && ideal.len() == truth.len(),
             "a map and its truth cover the same cells"
         );
         let mut sums = (0.0, 0.0);
+        let mut cells = 0_u32;
         let (mut occupied, mut missed, mut free, mut ghost) = (0_u32, 0_u32, 0_u32, 0_u32);
-        for (&shown, &true_cell) in map.iter().zip(truth) {
-            let ideal = true_cell.certainty().to_bits();
-            let error = f64::from(shown.to_bits().abs_diff(ideal)) / 255.0;
-            sums = (sums.0 + error, sums.1 + error * error);
+        for ((&shown, &ideal), &true_cell) in map.iter().zip(ideal).zip(truth) {
+            if scored == Scored::All || true_cell != Truth::Unseen {
+                let error = f64::from(shown.to_bits().abs_diff(ideal.to_bits())) / 255.0;
+                sums = (sums.0 + error, sums.1 + error * error);
+                cells += 1;
+            }
             let shown_occupied = CellState::of(shown) == CellState::Occupied;
             match true_cell {
                 Truth::Occupied => {
@@ -56,7 +113,7 @@ impl Score {
                 Truth::Unseen => {}
             }
         }
-        let cells = truth.len().max(1) as f64;
+        let cells = f64::from(cells.max(1));
         let share = |part: u32, whole: u32| f64::from(part) / f64::from(whole.max(1));
         Self {
             mae: sums.0 / cells,
@@ -101,5 +158,22 @@ mod tests {
         assert_eq!((vague.missed, vague.ghost), (1.0, 0.0));
         let error = 128.0 / 255.0;
         assert!((vague.mae - (2.0 * error + 127.0 / 255.0) / 4.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn where_perfect_sensors_know_nothing_an_error_may_count_or_not() {
+        let map = [0, 0, 255, 0].map(Certainty::from_bits);
+        let ideal = TRUTH.map(Truth::certainty);
+        let mae = |scored| Score::against(&map, &ideal, &TRUTH, scored).mae;
+        assert_eq!(mae(Scored::Known), 0.0);
+        assert!((mae(Scored::All) - 128.0 / 255.0 / 4.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_map_is_compared_with_the_ideal_that_is_given() {
+        let map = [51, 0, 204, 128].map(Certainty::from_bits);
+        let score = Score::against(&map, &map, &TRUTH, Scored::All);
+        assert_eq!((score.mae, score.mse), (0.0, 0.0));
+        assert_eq!((score.missed, score.ghost), (0.0, 0.0));
     }
 }

@@ -18,6 +18,8 @@ pub enum Purpose {
     Layout,
     /// What an evaluation draws lots for.
     Choice,
+    /// The seeds of an evaluation's runs.
+    Repetition,
 }
 
 /// Returns the stream of `sensor`'s `part` for `purpose`, in the run that `seed` names.
@@ -30,6 +32,7 @@ pub fn stream(seed: u64, purpose: Purpose, sensor: u8, part: u32) -> ChaCha8Rng 
         Purpose::Fault => 1,
         Purpose::Layout => 2,
         Purpose::Choice => 3,
+        Purpose::Repetition => 4,
     };
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(purpose << 40 | u64::from(part) << 8 | u64::from(sensor));
@@ -49,6 +52,7 @@ mod tests {
             Purpose::Fault,
             Purpose::Layout,
             Purpose::Choice,
+            Purpose::Repetition,
         ];
         for purpose in purposes {
             for sensor in [0, 1, 255] {

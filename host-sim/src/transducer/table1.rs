@@ -107,6 +107,20 @@ impl SensorModel {
         })
     }
 
+    /// Returns the model with its accuracy read as `deviations` standard deviations: a bound that errors
+    /// keep to is about two.
+    ///
+    /// # Errors
+    ///
+    /// [`SensorModelError::Accuracy`] unless `deviations` is a number above 0.
+    pub fn with_accuracy_of(self, deviations: f64) -> Result<Self, SensorModelError> {
+        let accuracy = self.accuracy / deviations;
+        if !(deviations > 0.0 && accuracy.is_finite()) {
+            return Err(SensorModelError::Accuracy);
+        }
+        Ok(Self { accuracy, ..self })
+    }
+
     /// Returns the standard deviation of the relative error of a distance, as a fraction.
     ///
     /// That this is what Table 1 calls accuracy is an open choice.
@@ -168,6 +182,16 @@ mod tests {
                 "E 3 <1 <1"
             ]
         );
+    }
+
+    #[test]
+    fn an_accuracy_of_two_deviations_halves_the_scatter_and_nothing_else() {
+        let halved = SensorModel::A.with_accuracy_of(2.0).unwrap();
+        assert_eq!(halved, SensorModel::try_new(0.03, 0.16, 0.04).unwrap());
+        for deviations in [0.0, -1.0, f64::NAN] {
+            let refused = SensorModel::A.with_accuracy_of(deviations);
+            assert_eq!(refused, Err(SensorModelError::Accuracy), "{deviations}");
+        }
     }
 
     #[test]

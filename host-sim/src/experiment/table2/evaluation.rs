@@ -1,0 +1,161 @@
+//! The evaluation in many worlds: means, and how much they scatter.
+
+use super::{Choices, Figures, Measure, PRINTED_METHODS, Repetition, Teller, repetition};
+use crate::experiment::Score;
+use crate::fusion::Method;
+use rayon::iter::{IntoParallelIterator, ParallelIterator};
+
+/// A method's figures over all worlds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MethodFigures {
+    /// The method.
+    pub method: Method,
+    /// The mean over the worlds.
+    pub mean: Score,
+    /// The standard deviation of a world's figures; none of a single world.
+    pub deviation: Option<Score>,
+    /// The mean of what it makes of perfect readings: see [`Measure::FLOOR`].
+    pub floor: Score,
+}
+
+/// What the evaluation came to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Evaluation {
+    /// The set-up.
+    pub choices: Choices,
+    /// The readings that every method was given in a world.
+    pub readings: usize,
+    /// Every method of [`Method::ALL`], in its order.
+    pub methods: Vec<MethodFigures>,
+    worlds: Vec<Repetition>,
+}
+
+/// The score by the set-up's measure and the floor, of each method.
+const MEASURES: usize = 2;
+
+impl Evaluation {
+    /// Repeats the evaluation in `worlds` worlds; `done` hears of each.
+    ///
+    /// Worlds are shared out among rayon's threads and summed in their order: the figures do not
+    /// depend on how many threads there are.
+    pub fn run(choices: Choices, seed: u64, worlds: u32, done: impl Fn() + Sync) -> Self {
+        let tellers = Method::ALL.map(|method| Teller::new(method, &choices));
+        let measures: [_; MEASURES] = [Measure::of(&choices), Measure::FLOOR];
+        let repeated = (0..worlds).into_par_iter().map(|number| {
+            let world = repetition(&choices, &tellers, &measures, seed, number);
+            done();
+            world
+        });
+        let worlds: Vec<_> = repeated.collect();
+        let methods = Method::ALL.into_iter().enumerate();
+        let methods = methods.map(|(place, method)| {
+            let place = place * MEASURES;
+            let scores = worlds.iter().map(|world| &world.scores[place]);
+            let (mean, deviation) = mean_and_deviation(scores);
+            let floors = worlds.iter().map(|world| &world.scores[place + 1]);
+            let (floor, _) = mean_and_deviation(floors);
+            MethodFigures {
+                method,
+                mean,
+                deviation,
+                floor,
+            }
+        });
+        Self {
+            choices,
+            readings: worlds.first().map_or(0, |world| world.readings),
+            methods: methods.collect(),
+            worlds,
+        }
+    }
+
+    /// Returns each world's scores, one a method of [`Method::ALL`].
+    #[must_use]
+    pub fn worlds(&self) -> impl ExactSizeIterator<Item = Vec<Score>> {
+        let of_methods = |world: &Repetition| {
+            let scores = world.scores.iter().step_by(MEASURES);
+            scores.copied().collect()
+        };
+        self.worlds.iter().map(of_methods)
+    }
+
+    /// Returns the six figures that the paper prints.
+    ///
+    /// # Panics
+    ///
+    /// Never: every method is evaluated.
+    #[must_use]
+    pub fn figures(&self) -> Figures {
+        let found = PRINTED_METHODS.map(|wanted| {
+            let figures = self.methods.iter().find(|row| row.method == wanted);
+            &figures.expect("every method is evaluated").mean
+        });
+        Figures::of(found)
+    }
+
+    /// Returns the share of the worlds in which the methods come in the paper's order, by MAE and by
+    /// MSE.
+    #[must_use]
+    pub fn order_held_in(&self) -> f64 {
+        let place = |wanted| Method::ALL.iter().position(|&method| method == wanted);
+        let places = PRINTED_METHODS.map(|method| place(method).unwrap_or(0));
+        let in_order = |world: &Vec<Score>| {
+            let scores = places.map(|place| &world[place]);
+            Figures::of(scores).in_the_papers_order()
+        };
+        let held = self.worlds().filter(in_order).count();
+        held as f64 / self.worlds.len().max(1) as f64
+    }
+}
+
+/// Mean and standard deviation (with n − 1) of each figure.
+fn mean_and_deviation<'a>(
+    scores: impl ExactSizeIterator<Item = &'a Score> + Clone,
+) -> (Score, Option<Score>) {
+    let count = scores.len() as f64;
+    let mean = scores
+        .clone()
+        .fold(Score::ZERO, |sum, score| sum.plus(score));
+    let mean = mean.over(count.max(1.0));
+    let squared = |figure: f64, mean: f64| (figure - mean) * (figure - mean);
+    let squares = scores.fold(Score::ZERO, |sum, score| {
+        sum.plus(&Score {
+            mae: squared(score.mae, mean.mae),
+            mse: squared(score.mse, mean.mse),
+            missed: squared(score.missed, mean.missed),
+            ghost: squared(score.ghost, mean.ghost),
+        })
+    });
+    let variance = squares.over((count - 1.0).max(1.0));
+    let deviation = Score {
+        mae: variance.mae.sqrt(),
+        mse: variance.mse.sqrt(),
+        missed: variance.missed.sqrt(),
+        ghost: variance.ghost.sqrt(),
+    };
+    (mean, (count > 1.0).then_some(deviation))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn deviations_are_those_of_a_sample() {
+        let scores = [0.1, 0.2, 0.6].map(|mae| Score { mae, ..Score::ZERO });
+        let (mean, deviation) = mean_and_deviation(scores.iter());
+        assert!((mean.mae - 0.3).abs() < 1e-12);
+        assert!((deviation.unwrap().mae - 0.07_f64.sqrt()).abs() < 1e-12);
+        assert_eq!(mean_and_deviation(scores[..1].iter()).1, None);
+    }
+
+    #[test]
+    fn threads_change_no_figure() {
+        let run = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+            let pool = pool.build().unwrap();
+            pool.install(|| Evaluation::run(Choices::PRIMARY, 5, 7, || {}))
+        };
+        assert_eq!(run(1), run(3));
+    }
+}
