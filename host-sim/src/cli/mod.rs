@@ -3,6 +3,7 @@
 //! Results go to stdout, everything else to stderr. Exit code 0; 2 for bad input or usage, with one
 //! line that says what, where and what to do; 1 for a fault of our own.
 
+mod calibrate;
 mod compare;
 mod failure;
 mod health;
@@ -40,6 +41,8 @@ enum Command {
     Replay(replay::Arguments),
     /// Two maps (PGM + YAML): where they agree, what is missed, what is a ghost
     Compare(compare::Arguments),
+    /// Measured bytes of infrared sensors: their characteristics, and the errors that are left
+    Calibrate(calibrate::Arguments),
 }
 
 /// A map's cells with the frame that its grid gives them.
@@ -58,6 +61,7 @@ pub fn main() -> ExitCode {
             Command::Simulate(arguments) => simulate::run(&arguments),
             Command::Replay(arguments) => replay::run(&arguments),
             Command::Compare(arguments) => compare::run(&arguments),
+            Command::Calibrate(arguments) => calibrate::run(&arguments),
         },
         Err(error) => failure::usage(&error),
     };
