@@ -145,7 +145,10 @@ impl Histogram {
         let x = Scale::covering(&self.x, edges.into_iter(), X_TICKS);
         let heights = counts.iter().flatten().map(|&(_, count)| count as f64);
         let axis = self.y.clone().from(0.0).including(0.0);
-        let y = Scale::covering(&axis, heights, Y_TICKS);
+        // Ticks of less than one would count parts of values.
+        let highest = heights.clone().fold(1.0, f64::max);
+        let ticks = f64::from(Y_TICKS).min(highest) as u32;
+        let y = Scale::covering(&axis, heights, ticks);
         let signs = self.samples.iter().enumerate();
         let signs =
             signs.map(|(index, sample)| (sample.name.clone(), Sign::Area(series(index), 1.0)));

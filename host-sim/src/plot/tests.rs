@@ -329,6 +329,23 @@ fn there_is_a_legend_where_there_is_more_than_one_series() {
 }
 
 #[test]
+fn the_ticks_of_counts_are_whole() {
+    for count in [1, 2, 3, 9, 40] {
+        let samples = vec![sample("a", &vec![0.0; count])];
+        let picture = histogram(1.0, samples).picture();
+        let ticks = picture.shapes.iter().filter_map(|shape| match shape {
+            Shape::Text(text) if text.anchor == Anchor::End => Some(text.content.parse::<f64>()),
+            _ => None,
+        });
+        let ticks: Vec<f64> = ticks.map(Result::unwrap).collect();
+        assert!(
+            ticks.len() >= 2 && ticks.iter().all(|tick| tick.fract() == 0.0),
+            "{ticks:?}"
+        );
+    }
+}
+
+#[test]
 fn a_histogram_counts_every_number_once() {
     let values = [-5.0, -4.999, 4.999, 5.0, 14.9, f64::NAN, 100.0];
     let counts = histogram(10.0, vec![sample("a", &values), sample("b", &[95.0])]).counts();
