@@ -5,6 +5,7 @@
 //! | [`world`] | obstacles, and how far it is to the nearest |
 //! | [`transducer`] | simulated sensors, down to the byte of a GP2D02 |
 //! | [`fault`] | faults that wrap any sensor |
+//! | [`calibration`] | sensors' characteristics, from measured bytes, and what is left of their errors |
 //! | [`replay`] | recordings of real robots |
 //! | [`fusion`] | the core's grids at sizes chosen at run time |
 //! | [`experiment`] | the Smart Car in a world, scored against perfect sensors |
@@ -14,6 +15,7 @@
 //! | [`toml_file`] | files that people write, and complaints with their line |
 //! | [`cli`] | the program `certainty` |
 
+pub mod calibration;
 pub mod cli;
 pub mod experiment;
 pub mod export;

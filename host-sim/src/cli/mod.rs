@@ -3,6 +3,7 @@
 //! Results go to stdout, everything else to stderr. Exit code 0; 2 for bad input or usage, with one
 //! line that says what, where and what to do; 1 for a fault of our own.
 
+mod calibrate;
 mod campaign;
 mod compare;
 mod failure;
@@ -50,6 +51,8 @@ enum Command {
     Recovery(recovery::Arguments),
     /// The evaluation of [001] Table 2: every method's distance from perfect sensors, beside the paper's
     Table2(table2::Arguments),
+    /// Measured bytes of infrared sensors: their characteristics, and the errors that are left
+    Calibrate(calibrate::Arguments),
 }
 
 /// A map's cells with the frame that its grid gives them.
@@ -71,6 +74,7 @@ pub fn main() -> ExitCode {
             Command::Campaign(arguments) => campaign::run(&arguments),
             Command::Recovery(arguments) => recovery::run(&arguments),
             Command::Table2(arguments) => table2::run(&arguments),
+            Command::Calibrate(arguments) => calibrate::run(&arguments),
         },
         Err(error) => failure::usage(&error),
     };

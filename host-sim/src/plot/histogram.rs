@@ -10,8 +10,8 @@ use std::path::PathBuf;
 /// How many values of each sample fall into each bin, as \[001\] Fig. 6 shows sensors' errors.
 ///
 /// Bins are as wide as asked, and one has its middle at 0: an error of nothing is not torn apart.
-/// Where that were more than [`Self::MOST_BINS`], bins are as many times wider. Samples lie over
-/// each other, translucent, with their outline on top.
+/// Where that were more than [`Self::MOST_BINS`], bins are as many times wider. The samples' bars
+/// stand side by side within a bin; where it is too narrow, they lie over each other, translucent.
 ///
 /// # Examples
 /// ```
@@ -43,6 +43,9 @@ pub struct Histogram {
     /// What is counted.
     pub samples: Vec<Sample>,
 }
+
+/// The narrowest bar that still is told from its neighbours, in pixels.
+const NARROWEST_BAR: f64 = 5.0;
 
 /// Values that are counted together.
 #[derive(Debug, Clone, PartialEq)]
@@ -142,10 +145,13 @@ impl Histogram {
         let x = Scale::covering(&self.x, edges.into_iter(), X_TICKS);
         let heights = counts.iter().flatten().map(|&(_, count)| count as f64);
         let axis = self.y.clone().from(0.0).including(0.0);
-        let y = Scale::covering(&axis, heights, Y_TICKS);
+        // Ticks of less than one would count parts of values.
+        let highest = heights.clone().fold(1.0, f64::max);
+        let ticks = f64::from(Y_TICKS).min(highest) as u32;
+        let y = Scale::covering(&axis, heights, ticks);
         let signs = self.samples.iter().enumerate();
         let signs =
-            signs.map(|(index, sample)| (sample.name.clone(), Sign::Area(series(index), 0.6)));
+            signs.map(|(index, sample)| (sample.name.clone(), Sign::Area(series(index), 1.0)));
         let legend: Vec<_> = if self.samples.len() > 1 {
             signs.collect()
         } else {
@@ -162,29 +168,52 @@ impl Histogram {
             frame.say_no_data();
             return frame.finished();
         };
-        let outlines: Vec<Vec<_>> = counts
-            .iter()
-            .map(|counts| {
-                // From its own first value to its last: nothing is drawn along the axis.
-                let some = |bin: &(f64, u64)| bin.1 > 0;
-                let from = counts.iter().position(some).unwrap_or(0);
-                let to = counts.iter().rposition(some).map_or(0, |last| last + 1);
-                let mut outline = vec![frame.at(x.part(bins.edge(from)), 0.0)];
-                for (number, &(_, count)) in counts.iter().enumerate().take(to).skip(from) {
-                    let ends = [bins.edge(number), bins.edge(number + 1)];
-                    outline.extend(ends.map(|end| frame.at(x.part(end), y.part(count as f64))));
+        let (left, _) = frame.at(x.part(bins.edge(0)), 0.0);
+        let (right, _) = frame.at(x.part(bins.edge(1)), 0.0);
+        let samples = counts.len() as f64;
+        if counts.len() > 1 && (right - left) / samples >= NARROWEST_BAR {
+            for (index, counts) in counts.iter().enumerate() {
+                // A sixth of the bin stays free between it and the next.
+                let part = |of: f64| 1.0 / 12.0 + 5.0 / 6.0 * of / samples;
+                let (from, to) = (part(index as f64), part(index as f64 + 1.0));
+                for (number, &(_, count)) in counts.iter().enumerate() {
+                    let (low, high) = (bins.edge(number), bins.edge(number + 1));
+                    let end = |part: f64| x.part(low + (high - low) * part);
+                    let foot = frame.at(end(from), 0.0);
+                    let head = frame.at(end(to), y.part(count as f64));
+                    if count > 0 {
+                        frame.picture.rectangle(foot, head, series(index), 1.0);
+                    }
                 }
-                outline.push(frame.at(x.part(bins.edge(to)), 0.0));
-                outline
-            })
-            .collect();
-        for (index, outline) in outlines.iter().enumerate() {
-            frame.picture.area(outline.clone(), series(index), 0.3);
-        }
-        for (index, outline) in outlines.into_iter().enumerate() {
-            frame.picture.line(outline, thin(series(index), 4.0));
+            }
+        } else {
+            overlay(&mut frame, bins, &counts, &x, &y);
         }
         frame.finished()
+    }
+}
+
+/// Draws the samples over each other, translucent, with their outline on top.
+fn overlay(frame: &mut Frame, bins: Bins, counts: &[Vec<(f64, u64)>], x: &Scale, y: &Scale) {
+    let outline = |counts: &Vec<(f64, u64)>| {
+        // From its own first value to its last: nothing is drawn along the axis.
+        let some = |bin: &(f64, u64)| bin.1 > 0;
+        let from = counts.iter().position(some).unwrap_or(0);
+        let to = counts.iter().rposition(some).map_or(0, |last| last + 1);
+        let mut outline = vec![frame.at(x.part(bins.edge(from)), 0.0)];
+        for (number, &(_, count)) in counts.iter().enumerate().take(to).skip(from) {
+            let ends = [bins.edge(number), bins.edge(number + 1)];
+            outline.extend(ends.map(|end| frame.at(x.part(end), y.part(count as f64))));
+        }
+        outline.push(frame.at(x.part(bins.edge(to)), 0.0));
+        outline
+    };
+    let outlines: Vec<_> = counts.iter().map(outline).collect();
+    for (index, outline) in outlines.iter().enumerate() {
+        frame.picture.area(outline.clone(), series(index), 0.3);
+    }
+    for (index, outline) in outlines.into_iter().enumerate() {
+        frame.picture.line(outline, thin(series(index), 4.0));
     }
 }
 

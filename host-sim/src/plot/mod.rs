@@ -5,11 +5,11 @@
 //! PNG of 1600 × 1000 pixels and an SVG of the same picture in place, whole or not at all.
 //!
 //! Any data give a picture: what is no number is left out, one value gets an axis around it, and no
-//! value at all says *no data*. The same data give the same bytes on every machine: the font is
-//! part of the program, and nothing is asked of the system. Colours are those of Okabe and Ito,
+//! value at all says *no data*. The same data give the same bytes: the font is part of the program,
+//! and nothing is asked of the system. Colours are those of Okabe and Ito,
 //! which colour-blind people tell apart.
 //!
-//! Cost: some 30 ms a chart. Memory: 8 MB for the pixels.
+//! Cost: below 60 ms a chart (x86-64, release). Memory: 12 MB for the pixels.
 
 mod axis;
 mod bars;

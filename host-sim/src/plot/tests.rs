@@ -155,6 +155,17 @@ fn unusual() -> Vec<(&'static str, Picture)> {
         ("equal values", bins(&[4.0; 50])),
         ("far apart", bins(&[-MAX, 0.0, MAX])),
         (
+            "narrow bins",
+            histogram(
+                1.0,
+                vec![
+                    sample("one", &[-199.0, 0.0, 7.0]),
+                    sample("two", &[1.0, 7.0, 199.0]),
+                ],
+            )
+            .picture(),
+        ),
+        (
             "many lines",
             line_chart((0..90).map(named).collect(), vec![]).picture(),
         ),
@@ -318,6 +329,23 @@ fn there_is_a_legend_where_there_is_more_than_one_series() {
 }
 
 #[test]
+fn the_ticks_of_counts_are_whole() {
+    for count in [1, 2, 3, 9, 40] {
+        let samples = vec![sample("a", &vec![0.0; count])];
+        let picture = histogram(1.0, samples).picture();
+        let ticks = picture.shapes.iter().filter_map(|shape| match shape {
+            Shape::Text(text) if text.anchor == Anchor::End => Some(text.content.parse::<f64>()),
+            _ => None,
+        });
+        let ticks: Vec<f64> = ticks.map(Result::unwrap).collect();
+        assert!(
+            ticks.len() >= 2 && ticks.iter().all(|tick| tick.fract() == 0.0),
+            "{ticks:?}"
+        );
+    }
+}
+
+#[test]
 fn a_histogram_counts_every_number_once() {
     let values = [-5.0, -4.999, 4.999, 5.0, 14.9, f64::NAN, 100.0];
     let counts = histogram(10.0, vec![sample("a", &values), sample("b", &[95.0])]).counts();
@@ -365,5 +393,27 @@ fn unusual_data_have_files() {
     for (name, picture) in unusual() {
         let (png, svg) = bytes(&picture);
         assert!(png.len() > 1000 && svg.lines().count() > 5, "{name}");
+    }
+}
+
+#[test]
+fn samples_of_equal_count_do_not_hide_each_other() {
+    for (width, bars) in [(10.0, 4), (0.1, 2)] {
+        let values = [0.0, 30.0];
+        let samples = vec![sample("a", &values), sample("b", &values)];
+        let picture = histogram(width, samples).picture();
+        let plot = |shape: &&Shape| matches!(shape, Shape::Area(points, ..) if points[0].1 > 800.0);
+        let drawn: Vec<_> = picture.shapes.iter().filter(plot).collect();
+        assert_eq!(drawn.len(), bars, "bins of {width} mm");
+        for (number, shape) in drawn.iter().enumerate() {
+            let opaque = matches!(shape, Shape::Area(_, _, opacity) if *opacity == 1.0);
+            assert_eq!(opaque, bars == 4);
+            let places = |shape: &Shape| match shape {
+                Shape::Area(points, ..) => points.clone(),
+                _ => vec![],
+            };
+            let others = &drawn[..number];
+            assert!(!opaque || others.iter().all(|other| places(other) != places(shape)));
+        }
     }
 }

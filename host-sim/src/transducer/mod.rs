@@ -8,6 +8,7 @@ mod fit;
 pub mod gp2d02;
 mod perfect;
 pub mod stream;
+mod table;
 mod table1;
 mod unit;
 
@@ -15,6 +16,7 @@ pub use characteristic::{Characteristic, CurveError, CurvePoint};
 pub use fit::{Fit, FitError, MOST_OFFSET};
 pub use gp2d02::SimulatedGp2d02;
 pub use perfect::PerfectSensor;
+pub use table::{MeasuredUnit, TableError, TableProblem};
 pub use table1::{BELOW_ONE_PERCENT, SensorModel, SensorModelError};
 pub use unit::{GP2D02_UNITS, Gp2d02Unit, UnitsError};
 

@@ -31,8 +31,8 @@ pub fn stream(seed: u64, purpose: Purpose, sensor: u8, part: u32) -> ChaCha8Rng 
         Purpose::Transducer => 0_u64,
         Purpose::Fault => 1,
         Purpose::Layout => 2,
-        Purpose::Choice => 3,
-        Purpose::Repetition => 4,
+        Purpose::Choice => 4,
+        Purpose::Repetition => 3,
     };
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(purpose << 40 | u64::from(part) << 8 | u64::from(sensor));

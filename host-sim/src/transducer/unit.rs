@@ -1,8 +1,9 @@
 //! Real GP2D02 units: each with a curve, and so a calibration, of its own.
 
-use super::characteristic::{Characteristic, CurveError, CurvePoint};
+use super::characteristic::{Characteristic, CurveError};
 use super::fit::FitError;
 use super::gp2d02::{FARTHEST, NEAREST};
+use super::table::{MeasuredUnit, TableError};
 use certainty_core::transducer::{Calibration, Reading};
 use std::sync::LazyLock;
 use thiserror::Error;
@@ -25,29 +26,11 @@ pub struct Gp2d02Unit {
 }
 
 /// Why a table of units was refused; displays as one line.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum UnitsError {
-    /// The table has no line of names, or no unit in it.
-    #[error("line 1: name the columns: dist_cm and one name a unit, separated by commas")]
-    NoHeader,
-    /// A line has more or fewer columns than the first.
-    #[error("line {line}: {found} columns where the first line names {expected}")]
-    Columns {
-        /// The line, from 1.
-        line: usize,
-        /// How many there are.
-        found: usize,
-        /// How many there should be.
-        expected: usize,
-    },
-    /// A field is no number.
-    #[error("line {line}, column {column}: not a number; write distances in cm and bytes")]
-    NotANumber {
-        /// The line, from 1.
-        line: usize,
-        /// The column, from 1.
-        column: usize,
-    },
+    /// The table itself is wrong.
+    #[error("{0}")]
+    Table(TableError),
     /// A unit's column is no characteristic.
     #[error("column {column}: {source}")]
     Curve {
@@ -92,51 +75,20 @@ impl Gp2d02Unit {
         &UNITS
     }
 
-    /// Reads a table of units: comma-separated, `#` starts a comment line, the first line names the
-    /// units, each further one gives a distance in centimetres and every unit's byte there.
+    /// Reads a table of units, as [`MeasuredUnit::parse`] does, and fits each; the distances must
+    /// ascend.
     ///
     /// # Errors
     ///
     /// [`UnitsError`] names the line or the column.
     pub fn parse(table: &str) -> Result<Vec<Self>, UnitsError> {
-        let mut lines = (1..)
-            .zip(table.lines())
-            .filter(|(_, line)| !line.trim().is_empty() && !line.starts_with('#'));
-        let (_, header) = lines.next().ok_or(UnitsError::NoHeader)?;
-        let names: Vec<&str> = header.split(',').skip(1).map(str::trim).collect();
-        if names.is_empty() || names.iter().any(|name| name.is_empty()) {
-            return Err(UnitsError::NoHeader);
-        }
-        let mut curves: Vec<Vec<CurvePoint>> = vec![Vec::new(); names.len()];
-        for (line, row) in lines {
-            let fields = (1..)
-                .zip(row.split(','))
-                .map(|(column, field)| {
-                    let number = field.trim().parse::<f64>();
-                    number.map_err(|_| UnitsError::NotANumber { line, column })
-                })
-                .collect::<Result<Vec<_>, _>>()?;
-            let Some((&cm, raws)) = fields.split_first().filter(|(_, r)| r.len() == names.len())
-            else {
-                return Err(UnitsError::Columns {
-                    line,
-                    found: fields.len(),
-                    expected: names.len() + 1,
-                });
-            };
-            for (curve, &raw) in curves.iter_mut().zip(raws) {
-                curve.push(CurvePoint {
-                    distance_mm: cm * 10.0,
-                    raw,
-                });
-            }
-        }
         (2..)
-            .zip(names.into_iter().zip(curves))
-            .map(|(column, (name, points))| {
+            .zip(MeasuredUnit::parse(table).map_err(UnitsError::Table)?)
+            .map(|(column, measured)| {
                 let refused = |source| UnitsError::Curve { column, source };
+                let points = measured.points().to_vec();
                 let curve = Characteristic::through(points).map_err(refused)?;
-                Self::new(name, curve).map_err(|e| refused(CurveError::Fit(e)))
+                Self::new(measured.name(), curve).map_err(|e| refused(CurveError::Fit(e)))
             })
             .collect()
     }
@@ -245,28 +197,23 @@ mod tests {
     fn what_is_wrong_with_a_table_is_said_with_its_place() {
         let line = |table| Gp2d02Unit::parse(table).unwrap_err().to_string();
         assert!(line("").starts_with("line 1: name the columns"));
-        assert!(line("dist_cm").starts_with("line 1: name the columns"));
         assert_eq!(
-            line("d,A,B\n10,190,191\n# note\n20,135\n"),
-            "line 4: 2 columns where the first line names 3"
+            line("dist_cm,A\n20,135\n10,190\n40,95\n"),
+            "column 2: the distances of a characteristic must ascend"
         );
         assert_eq!(
-            line("d,A\n10,x"),
-            "line 2, column 2: not a number; write distances in cm and bytes"
+            line("dist_cm,A,B\n10,190,75\n20,135,95\n40,95,190\n"),
+            "column 3: the byte must fall with distance"
         );
         assert_eq!(
-            line("d,A,B\n10,190,190\n20,135,135\n40,95,300\n"),
-            "column 3: the bytes of a characteristic must be within 0..=255"
-        );
-        assert_eq!(
-            line("d,A\n10,190\n"),
+            line("dist_cm,A\n10,190\n"),
             "column 2: a characteristic needs points at three distances or more"
         );
     }
 
     proptest! {
         #[test]
-        fn no_table_panics(table in "(d,A(,B)?\n)?([0-9.,aN-]{0,12}\n){0,6}") {
+        fn no_table_panics(table in "(dist_cm,A(,B)?\n)?([0-9.,aN-]{0,12}\n){0,6}") {
             let _: Result<Vec<Gp2d02Unit>, UnitsError> = Gp2d02Unit::parse(&table);
         }
     }

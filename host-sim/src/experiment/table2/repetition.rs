@@ -39,6 +39,7 @@ impl Teller {
             },
             Method::Median => FusionRules {
                 own: chosen.own,
+                own_strongest: chosen.own_strongest,
                 ..plain
             },
         };
