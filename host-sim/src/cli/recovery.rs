@@ -43,7 +43,7 @@ pub(super) struct Arguments {
     /// The sensors, letters A to E of [001] Table 1, at least three; sensor 1 is the first
     #[arg(long, value_name = "LETTERS|N", default_value = "ABC", value_parser = at_least_three)]
     sensors: Crew,
-    /// The numbers that AddToGrid leaves open: the defaults, or [001] to the letter
+    /// The open numbers of the robust method: the defaults, or [001] to the letter
     #[arg(long, value_name = "shipped|letter", default_value = "shipped")]
     rules: Rules,
     /// Where the confidences go, as a table in CSV and as charts
@@ -177,7 +177,7 @@ fn draw(
     );
     let seeds = evaluated.over_seeds.seeds;
     let many = chart(
-        format!("{whose}: mean and 10–90 % of {seeds} random layouts"),
+        format!("{whose}: mean and 10–90 % of {seeds} layouts"),
         courses.chain([twin]).collect(),
     );
     let mut files = Vec::from(one.write(out, "recovery")?);

@@ -1,4 +1,4 @@
-//! What \[001\] §6.3 leaves open.
+//! What \[001\] §6.3 leaves open, each choice with its name on the command line.
 
 use certainty_core::fusion::{RobustConfig, RobustRules};
 use core::str::FromStr;
@@ -86,7 +86,7 @@ impl FromStr for Noise {
 pub enum Rules {
     /// The defaults.
     Shipped,
-    /// What every confirmation counts alike: \[001\] to the letter.
+    /// All agreement counts alike: \[001\] to the letter.
     Letter,
 }
 
