@@ -45,7 +45,9 @@ fn json_has_exactly_the_keys_of_the_contract() {
             "over_seeds",
             "readings",
             "recovered_after",
+            "rules",
             "seed",
+            "sensors",
         ];
         assert_eq!(keys(&document), top);
         let fault = ["from", "kind", "sensor", "spec", "to"];
@@ -53,6 +55,7 @@ fn json_has_exactly_the_keys_of_the_contract() {
         let over_seeds = [
             "below_others",
             "clearly_below",
+            "clearly_below_without_fault",
             "lowest_confidence",
             "median",
             "median_of_clearly_below",
@@ -73,19 +76,67 @@ fn json_has_exactly_the_keys_of_the_contract() {
 
 #[test]
 fn the_fault_is_the_papers() {
-    for (count, spec) in [
-        ("each", "noise:1=20%@0..50"),
-        ("all", "noise:1=20%@0..17"), // the 17 of sensor 1 among the first 50
+    for (arguments, kind, spec) in [
+        ("", "output-noise", "output-noise:1=20%@0..50"),
+        (
+            "--count each --noise output",
+            "output-noise",
+            "output-noise:1=20%@0..50",
+        ),
+        // The 17 of sensor 1 among the first 50.
+        ("--count all", "output-noise", "output-noise:1=20%@0..17"),
+        (
+            "--count all --sensors 5",
+            "output-noise",
+            "output-noise:1=20%@0..10",
+        ),
+        ("--noise echo", "noise", "noise:1=20%@0..50"),
     ] {
-        let document = alone(&format!("recovery --json --seeds 1 --count {count}")).json();
+        let document = alone(&format!("recovery --json --seeds 1 {arguments}")).json();
         let fault = &document["fault"];
         assert_eq!(
             (&fault["sensor"], &fault["kind"]),
-            (&1.into(), &"noise".into())
+            (&1.into(), &kind.into())
         );
         assert_eq!((&fault["from"], &fault["to"]), (&0.into(), &50.into()));
         assert_eq!(fault["spec"], spec);
     }
+}
+
+#[test]
+fn every_choice_draws_another_figure_and_is_named() {
+    let plain = alone("recovery --json --seeds 1").json();
+    assert_eq!(
+        (&plain["sensors"], &plain["rules"]),
+        (&"ABC".into(), &"shipped".into())
+    );
+    for (arguments, key, value) in [
+        ("--noise echo", "rules", "shipped"),
+        ("--sensors CCC", "sensors", "CCC"),
+        ("--sensors 4", "sensors", "ABCD"),
+        ("--rules letter", "rules", "letter"),
+    ] {
+        let document = alone(&format!("recovery --json --seeds 1 {arguments}")).json();
+        assert_eq!(document[key], value);
+        assert_ne!(document["confidence"], plain["confidence"], "{arguments}");
+        let sensors = document["sensors"].as_str().unwrap().len();
+        assert_eq!(traces(&document).len(), sensors);
+    }
+}
+
+/// The unfaulted twin knows nothing of the noise, and sensor 1 of CCC falls by the noise alone.
+#[test]
+fn the_control_is_the_same_whatever_the_noise() {
+    let over = |noise: &str| {
+        let run = format!("recovery --json --seeds 30 --sensors CCC --noise {noise}");
+        alone(&run).json()["over_seeds"].clone()
+    };
+    let (output, echo) = (over("output"), over("echo"));
+    let control = "clearly_below_without_fault";
+    assert_eq!(output[control], echo[control]);
+    let share = |key: &str| output[key].as_f64().unwrap();
+    assert!((0.0..=1.0).contains(&share(control)));
+    assert!(share("clearly_below") > share(control), "{output}");
 }
 
 #[test]
@@ -146,10 +197,32 @@ fn the_same_seed_gives_the_same_bytes_and_another_seed_others() {
 fn the_confidences_are_written_as_a_table() {
     let folder = tempfile::tempdir().unwrap();
     let document = certainty(folder.path(), "recovery --json --seeds 1 --out figures").json();
-    assert_eq!(
-        document["files"],
-        serde_json::json!(["figures/recovery.csv"])
-    );
+    let files = [
+        "figures/recovery.csv",
+        "figures/recovery.png",
+        "figures/recovery.svg",
+        "figures/recovery-seeds.png",
+        "figures/recovery-seeds.svg",
+    ];
+    assert_eq!(document["files"], serde_json::json!(files));
+    for file in files {
+        let written = fs::read(folder.path().join(file)).unwrap();
+        let begins: &[u8] = match file.rsplit('.').next() {
+            Some("png") => b"\x89PNG",
+            Some("svg") => b"<svg",
+            _ => b"reading,",
+        };
+        assert!(written.starts_with(begins), "{file}");
+    }
+    let svg = fs::read_to_string(folder.path().join("figures/recovery.svg")).unwrap();
+    for word in [
+        "sensor 1 (A)",
+        "sensor 3 (C)",
+        "fault of sensor 1",
+        "20 % noise",
+    ] {
+        assert!(svg.contains(word), "no {word}");
+    }
     let text = fs::read_to_string(folder.path().join("figures/recovery.csv")).unwrap();
     let mut lines = text.lines();
     assert_eq!(lines.next(), Some("reading,sensor_1,sensor_2,sensor_3"));
@@ -171,18 +244,21 @@ fn the_confidences_are_written_as_a_table() {
 
 #[test]
 fn the_report_for_people_is_plain_and_fits_80_columns() {
-    for count in ["each", "all"] {
-        let ran = alone(&format!("recovery --seeds 5 --count {count}"));
+    for choice in ["--count each", "--count all", "--sensors CDEABCDEABCDEAB"] {
+        let ran = alone(&format!("recovery --seeds 5 {choice}"));
         assert_eq!((ran.code, ran.stderr.as_str()), (Some(0), ""));
         for line in ran.stdout.lines() {
             assert!(line.chars().count() <= 80, "{line}");
         }
         for word in [
-            "noise:1=20%",
+            "output-noise:1=20%",
+            "rules: shipped",
             "sensor 3",
             "5 random layouts",
             "median",
+            "without the fault",
             "recovery.csv",
+            "recovery-seeds.png",
         ] {
             assert!(ran.stdout.contains(word), "no {word} in\n{}", ran.stdout);
         }
@@ -197,6 +273,10 @@ fn bad_input_is_refused_in_one_line() {
         ("recovery --seeds many", "many"),
         ("recovery --seed -1", "-1"),
         ("recovery --count some", "write each or all"),
+        ("recovery --noise loud", "write output or echo"),
+        ("recovery --rules none", "write shipped or letter"),
+        ("recovery --sensors AB", "three or more"),
+        ("recovery --sensors XYZ", "letters A to E"),
         ("recovery extra", "extra"),
     ] {
         let folder = tempfile::tempdir().unwrap();

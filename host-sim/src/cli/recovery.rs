@@ -1,14 +1,17 @@
 //! `certainty recovery`: a sensor's confidence falls in a fault and comes back, \[001\] Fig. 7.
 
 use super::simulate::percent;
-use super::table::{row, table};
+use super::table::table;
 use super::{Failure, output, progress};
+use crate::experiment::Crew;
 use crate::experiment::recovery::{
-    ConfidenceTrace, Count, FAULTY, OverSeeds, READINGS, Recovery, Spread, share,
+    ConfidenceTrace, Count, Course, FAULTY, Noise, OverSeeds, READINGS, Recovery, Rules, Spread,
+    share,
 };
-use crate::export::OutDir;
+use crate::export::{ExportError, OutDir};
 use crate::fault::FaultSpec;
 use crate::fusion::FusionRules;
+use crate::plot::{Axis, Line, LineChart, Span};
 use crate::world::{Layout, World};
 use clap::Args;
 use serde::Serialize;
@@ -33,7 +36,17 @@ pub(super) struct Arguments {
     /// Whose readings 50 and 200 are: each sensor's own, or those of all together
     #[arg(long, value_name = "each|all", default_value = "each")]
     count: Count,
-    /// Where the confidences go, as a table in CSV
+    /// What sensor 1's noise is added to: its output, of which 'no object' is the farthest, or its
+    /// echoes alone
+    #[arg(long, value_name = "output|echo", default_value = "output")]
+    noise: Noise,
+    /// The sensors, letters A to E of [001] Table 1, at least three; sensor 1 is the first
+    #[arg(long, value_name = "LETTERS|N", default_value = "ABC", value_parser = at_least_three)]
+    sensors: Crew,
+    /// The open numbers of the robust method: the defaults, or [001] to the letter
+    #[arg(long, value_name = "shipped|letter", default_value = "shipped")]
+    rules: Rules,
+    /// Where the confidences go, as a table in CSV and as charts
     #[arg(long, value_name = "DIR", default_value = "out")]
     out: PathBuf,
     /// Print one JSON document instead
@@ -41,11 +54,24 @@ pub(super) struct Arguments {
     json: bool,
 }
 
-/// One run in the built-in scene, and many in random ones.
+/// Reads a crew in which a sensor can be below others.
+fn at_least_three(text: &str) -> Result<Crew, String> {
+    let crew: Crew = text.parse().map_err(|error| format!("{error}"))?;
+    if crew.members().len() < 3 {
+        return Err(format!(
+            "'{text}' are too few: write three or more, such as ABC"
+        ));
+    }
+    Ok(crew)
+}
+
+/// One run in the built-in scene, and many in random ones with their twins without the fault.
 #[derive(Debug)]
 struct Evaluated {
     fault: FaultSpec,
     one: ConfidenceTrace,
+    traces: Vec<ConfidenceTrace>,
+    twins: Vec<ConfidenceTrace>,
     over_seeds: OverSeeds,
 }
 
@@ -55,7 +81,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let evaluated = evaluate(arguments)?;
     let out = OutDir::create(&arguments.out).map_err(|error| Failure::input(&error))?;
     let written = out.write("recovery.csv", |file| write_csv(&evaluated.one, file));
-    let files = [written.map_err(|error| Failure::input(&error))?];
+    let mut files = vec![written.map_err(|error| Failure::input(&error))?];
+    let drawn = draw(arguments, &evaluated, &out);
+    files.extend(drawn.map_err(|error| Failure::input(&error))?);
     if arguments.json {
         output::print_json(&Report::new(arguments, &evaluated, &files))
     } else {
@@ -67,32 +95,103 @@ fn evaluate(arguments: &Arguments) -> Result<Evaluated, Failure> {
     let internal = |error: &dyn core::error::Error| Failure::Internal(error.to_string());
     let recovery = Recovery {
         count: arguments.count,
-        fusion: FusionRules::default(),
+        noise: arguments.noise,
+        crew: arguments.sensors.clone(),
+        fusion: FusionRules {
+            robust: arguments.rules.robust(),
+            ..FusionRules::default()
+        },
     };
-    let trace = |world: World, seed: u64| {
-        let trace = recovery.trace(Arc::new(world), seed);
-        trace.map_err(|error| internal(&error))
-    };
-    let one = trace(World::built_in(), arguments.seed)?;
+    let one = recovery.trace(Arc::new(World::built_in()), arguments.seed);
+    let one = one.map_err(|error| internal(&error))?;
     let bar = progress::bar("recovery", arguments.seeds.into());
-    let mut traces = Vec::new();
+    let (mut traces, mut twins) = (Vec::new(), Vec::new());
     for number in 0..u64::from(arguments.seeds) {
         let seed = arguments.seed.wrapping_add(number);
         let world = World::random(&Layout::default(), seed).map_err(|error| internal(&error))?;
-        traces.push(trace(world, seed)?);
+        let world = Arc::new(world);
+        let trace = recovery.trace(Arc::clone(&world), seed);
+        traces.push(trace.map_err(|error| internal(&error))?);
+        let twin = recovery.twin(world, seed);
+        twins.push(twin.map_err(|error| internal(&error))?);
         bar.inc(1);
     }
     bar.finish_and_clear();
     Ok(Evaluated {
         fault: recovery.fault().map_err(|error| internal(&error))?,
         one,
-        over_seeds: OverSeeds::of(&traces),
+        over_seeds: OverSeeds::of(&traces, &twins),
+        traces,
+        twins,
     })
+}
+
+/// Draws the one run, and what the many have in common.
+fn draw(
+    arguments: &Arguments,
+    evaluated: &Evaluated,
+    out: &OutDir,
+) -> Result<Vec<PathBuf>, ExportError> {
+    let Arguments { sensors, noise, .. } = arguments;
+    let points = |values: &[f64]| (1..).map(f64::from).zip(values.iter().copied()).collect();
+    let named = |slot: usize| {
+        let member = sensors.members().get(slot);
+        let letter = member.map_or_else(String::new, |member| format!(" ({})", member.letter));
+        format!("sensor {}{letter}", slot + 1)
+    };
+    let own = evaluated.one.confidences().iter().enumerate();
+    let own = own.map(|(slot, own)| {
+        let shares: Vec<f64> = own.iter().copied().map(share).collect();
+        Line::new(&named(slot), points(&shares))
+    });
+    let courses = (0..sensors.members().len()).map(|slot| {
+        let course = Course::of(&evaluated.traces, slot);
+        Line::new(&named(slot), points(&course.mean)).with_band(course.band)
+    });
+    let twin = Course::of(&evaluated.twins, 0);
+    let twin = Line::new("sensor 1, no fault", points(&twin.mean)).dashed();
+    let whose = match noise {
+        Noise::Output => "20 % noise on the output of sensor 1",
+        Noise::Echo => "20 % noise on the echoes of sensor 1",
+    };
+    let chart = |title: String, lines: Vec<Line>| LineChart {
+        title,
+        x: Axis::counting(match arguments.count {
+            Count::Each => "readings of each sensor",
+            Count::All => "readings of all sensors",
+        })
+        .from(0.0)
+        .to(READINGS as f64),
+        // Full confidence is where most of the lines are: room above them for the fault's label.
+        y: Axis::counting("confidence").from(0.0).to(1.1),
+        lines,
+        shaded: vec![Span {
+            from: 0.0,
+            to: FAULTY as f64,
+            label: "fault of sensor 1".into(),
+        }],
+    };
+    let one = chart(
+        format!("Confidences in and after a fault: {whose}"),
+        own.collect(),
+    );
+    let seeds = evaluated.over_seeds.seeds;
+    let many = chart(
+        format!("{whose}: mean and 10–90 % of {seeds} layouts"),
+        courses.chain([twin]).collect(),
+    );
+    let mut files = Vec::from(one.write(out, "recovery")?);
+    files.extend(many.write(out, "recovery-seeds")?);
+    Ok(files)
 }
 
 /// Writes a line a reading, counted from 1, and a column a sensor.
 fn write_csv(trace: &ConfidenceTrace, out: &mut dyn Write) -> io::Result<()> {
-    writeln!(out, "reading,sensor_1,sensor_2,sensor_3")?;
+    write!(out, "reading")?;
+    for number in 1..=trace.confidences().len() {
+        write!(out, ",sensor_{number}")?;
+    }
+    writeln!(out)?;
     for at in 0..READINGS {
         write!(out, "{}", at + 1)?;
         for own in trace.confidences() {
@@ -108,6 +207,8 @@ fn write_csv(trace: &ConfidenceTrace, out: &mut dyn Write) -> io::Result<()> {
 struct Report<'a> {
     seed: u64,
     count: &'static str,
+    sensors: String,
+    rules: &'static str,
     readings: usize,
     fault: FaultReport,
     confidence: Vec<Vec<f64>>,
@@ -132,11 +233,14 @@ impl<'a> Report<'a> {
             fault,
             one,
             over_seeds,
+            ..
         } = evaluated;
         let shares = |own: &Vec<_>| own.iter().copied().map(share).collect();
         Self {
             seed: arguments.seed,
             count: arguments.count.name(),
+            sensors: arguments.sensors.to_string(),
+            rules: arguments.rules.name(),
             readings: READINGS,
             fault: FaultReport {
                 sensor: 1,
@@ -157,30 +261,36 @@ impl<'a> Report<'a> {
 fn told(arguments: &Arguments, evaluated: &Evaluated) -> String {
     /// Readings from one line of the table to the next.
     const STRIDE: usize = 10;
+    /// More sensors would make the table wider than a terminal; the files have them all.
+    const MOST_COLUMNS: usize = 5;
     let Evaluated {
         fault,
         one,
         over_seeds,
+        ..
     } = evaluated;
     let whose = match arguments.count {
         Count::Each => "of each sensor",
         Count::All => "of all sensors together",
     };
+    let Arguments { sensors, seed, .. } = arguments;
     let mut text = format!(
-        "sensors: ABC   readings: {READINGS} {whose}   seed: {}\nfault: {fault}\n\n",
-        arguments.seed
+        "sensors: {sensors}   readings: {READINGS} {whose}   seed: {seed}\n\
+         fault: {fault}   rules: {}\n\n",
+        arguments.rules.name()
     );
-    let mut rows = vec![row([
-        "reading",
-        "sensor 1",
-        "sensor 2",
-        "sensor 3",
-        "sensor 1 is",
-    ])];
+    let shown = || one.confidences().iter().take(MOST_COLUMNS);
+    let mut heading = vec!["reading".to_owned()];
+    heading.extend(
+        (1..)
+            .zip(shown())
+            .map(|(number, _)| format!("sensor {number}")),
+    );
+    heading.push("sensor 1 is".into());
+    let mut rows = vec![heading];
     for at in (STRIDE..=READINGS).step_by(STRIDE) {
         let mut cells = vec![at.to_string()];
-        let confidences = one.confidences().iter();
-        cells.extend(confidences.map(|own| format!("{:.2}", share(own[at - 1]))));
+        cells.extend(shown().map(|own| format!("{:.2}", share(own[at - 1]))));
         cells.push(if at <= FAULTY { "faulty" } else { "sound" }.into());
         rows.push(cells);
     }
@@ -190,7 +300,12 @@ fn told(arguments: &Arguments, evaluated: &Evaluated) -> String {
         after(one.recovered_after())
     );
     text += &summary(over_seeds);
-    text += &format!("\nevery reading's confidences in {}\n", csv(&arguments.out));
+    text += &format!(
+        "\nevery reading's confidences in {}\ncharts: {}, {}\n",
+        within(&arguments.out, "recovery.csv"),
+        within(&arguments.out, "recovery.png"),
+        within(&arguments.out, "recovery-seeds.png"),
+    );
     text
 }
 
@@ -209,8 +324,12 @@ fn summary(over: &OverSeeds) -> String {
             spread(over.below_others),
         ],
         vec![
-            "clearly below both others at its end".into(),
+            "clearly below every other at its end".into(),
             percent(over.clearly_below),
+        ],
+        vec![
+            "the same without the fault".into(),
+            percent(over.clearly_below_without_fault),
         ],
         vec!["recovered".into(), over.recovered.to_string()],
         vec![
@@ -227,8 +346,9 @@ fn summary(over: &OverSeeds) -> String {
         ],
     ];
     let mut text = table(&rows);
-    if over.clearly_below < 0.5 {
-        text += "In most runs sensor 1 did not fall clearly: being back at once means little.\n";
+    if over.clearly_below - over.clearly_below_without_fault < 0.5 {
+        text += "In most runs the fault did not make sensor 1 fall clearly: being back at once\n\
+                 means little.\n";
     }
     text
 }
@@ -242,6 +362,6 @@ fn after(readings: Option<usize>) -> String {
     }
 }
 
-fn csv(out: &Path) -> String {
-    out.join("recovery.csv").display().to_string()
+fn within(out: &Path, file: &str) -> String {
+    out.join(file).display().to_string()
 }

@@ -1,18 +1,22 @@
 //! A sensor's confidence falls in a fault and comes back: \[001\] §6.3, Fig. 7.
 //!
 //! Three sensors at full confidence; sensor 1 has a noise of 20 % of its range during its first 50
-//! readings, of about 200. \[001\] does not say whose readings these are: [`Count`]. Neither does it say
-//! how finely the heads sweep: in 13 directions, as in its Table 2, whose 1560 readings are 13 for
+//! readings, of about 200. \[001\] does not say whose readings these are: [`Count`], nor what the noise
+//! does where there is no object: [`Noise`]. Neither does it say which sensors these are, nor how finely the heads sweep: in 13 directions, as in its Table 2, whose 1560 readings are 13 for
 //! each of 3 + 4 + 5 sensors in ten layouts. So the fault and what follows it both last longer than
 //! a sweep, whoever counts, and both see the whole scene.
+
+mod choice;
+mod over_seeds;
+
+pub use choice::{Count, Noise, Rules};
+pub use over_seeds::{Course, OverSeeds, Spread};
 
 use super::{Crew, Length, Mounting, Overlap, Rig, Setup, SetupError};
 use crate::fault::{FaultSpec, SpecError};
 use crate::fusion::{FusionRules, Method};
 use crate::world::World;
 use certainty_core::health::Confidence;
-use core::str::FromStr;
-use serde::Serialize;
 use std::sync::Arc;
 
 /// Readings of a run; \[001\] §6.3 says "about 200".
@@ -30,46 +34,15 @@ const RIG: Rig = match Rig::try_new(Mounting::Bumper, Overlap::Full, 13) {
     Err(_) => panic!("no such rig"),
 };
 
-/// Whose readings are counted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Count {
-    /// Each sensor's own: 200 rounds in which every sensor reads once, 600 readings of all.
-    ///
-    /// The text's own words: "*its* first 50 readings" are sensor 1's, and what Fig. 7 draws over
-    /// one axis, 50, 30 and 200 readings, can only be of one kind.
-    Each,
-    /// Those of all sensors together: the fault spoils the 17 of sensor 1 among the first 50.
-    All,
-}
-
-impl Count {
-    /// Returns the name it has on the command line.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Each => "each",
-            Self::All => "all",
-        }
-    }
-}
-
-impl FromStr for Count {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text {
-            "each" => Ok(Self::Each),
-            "all" => Ok(Self::All),
-            _ => Err(format!("'{text}' counts nothing: write each or all")),
-        }
-    }
-}
-
 /// The simulation of \[001\] §6.3.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Recovery {
     /// Whose readings are counted.
     pub count: Count,
+    /// What sensor 1's noise is added to.
+    pub noise: Noise,
+    /// The sensors; \[001\] has three.
+    pub crew: Crew,
     /// What `AddToGrid` leaves open.
     pub fusion: FusionRules,
 }
@@ -79,14 +52,14 @@ impl Recovery {
     ///
     /// # Errors
     ///
-    /// [`SpecError`], never in practice: a test reads both back.
+    /// [`SpecError`], never in practice: a test reads all of them back.
     pub fn fault(&self) -> Result<FaultSpec, SpecError> {
         // A fault's window counts its sensor's own readings.
         let own = match self.count {
             Count::Each => FAULTY,
-            Count::All => FAULTY.div_ceil(Crew::default().members().len()),
+            Count::All => FAULTY.div_ceil(self.crew.members().len()),
         };
-        format!("noise:1=20%@0..{own}").parse()
+        format!("{}:1=20%@0..{own}", self.noise.kind()).parse()
     }
 
     /// Runs the simulation in `world` and records every confidence at every reading that counts.
@@ -95,17 +68,35 @@ impl Recovery {
     ///
     /// [`SetupError`], never in practice: the crew has a sensor 1.
     pub fn trace(&self, world: Arc<World>, seed: u64) -> Result<ConfidenceTrace, SetupError> {
-        let crew = Crew::default();
-        let sensors = crew.members().len();
+        let faults = vec![self.fault()?];
+        self.trace_with(faults, world, seed)
+    }
+
+    /// As [`Self::trace`], of the same run without the fault.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::trace`].
+    pub fn twin(&self, world: Arc<World>, seed: u64) -> Result<ConfidenceTrace, SetupError> {
+        self.trace_with(Vec::new(), world, seed)
+    }
+
+    fn trace_with(
+        &self,
+        faults: Vec<FaultSpec>,
+        world: Arc<World>,
+        seed: u64,
+    ) -> Result<ConfidenceTrace, SetupError> {
+        let sensors = self.crew.members().len();
         let length = match self.count {
             Count::Each => Length::Steps(READINGS as u32),
             Count::All => Length::Readings(READINGS as u32),
         };
         let setup = Setup {
             rig: RIG,
-            faults: vec![self.fault()?],
+            faults,
             fusion: self.fusion,
-            ..Setup::smart_car(world, crew, length, seed)
+            ..Setup::smart_car(world, self.crew.clone(), length, seed)
         };
         let mut confidences = vec![Vec::with_capacity(READINGS); sensors];
         setup.run()?.fuse_watching(Method::Robust, |taken, map| {
@@ -126,7 +117,7 @@ impl Recovery {
     }
 }
 
-/// Confidences over time, of which sensor 1 was faulty at first.
+/// Confidences over time; sensor 1 was faulty at first, but not in a twin.
 ///
 /// Point *n* is taken after *n* + 1 readings.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -218,88 +209,6 @@ fn of_full(bits: u32) -> f64 {
 #[must_use]
 pub fn share(confidence: Confidence) -> f64 {
     of_full(confidence.to_bits().into())
-}
-
-/// A mean and the standard deviation of one sample, both 0 for none.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Spread {
-    /// The mean.
-    pub mean: f64,
-    /// The standard deviation, of *n* − 1 degrees of freedom; 0 for a single one.
-    pub sd: f64,
-}
-
-impl Spread {
-    /// Returns the spread of `samples`.
-    #[must_use]
-    pub fn of(samples: &[f64]) -> Self {
-        let count = samples.len().max(1) as f64;
-        let mean = samples.iter().sum::<f64>() / count;
-        let squares: f64 = samples.iter().map(|sample| (sample - mean).powi(2)).sum();
-        let sd = (squares / (count - 1.0).max(1.0)).sqrt();
-        Self { mean, sd }
-    }
-}
-
-/// What many runs have in common; its fields are a contract.
-///
-/// Percentiles are nearest-rank: the smallest value that so many of the runs do not exceed. A run
-/// that never recovered counts as an infinite value, and an infinite percentile is `None`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct OverSeeds {
-    /// How many runs.
-    pub seeds: usize,
-    /// In how many of them sensor 1 was back before the end.
-    pub recovered: usize,
-    /// The median of [`ConfidenceTrace::recovered_after`].
-    pub median: Option<usize>,
-    /// Its 10th percentile.
-    pub p10: Option<usize>,
-    /// Its 90th percentile.
-    pub p90: Option<usize>,
-    /// [`ConfidenceTrace::lowest_in_fault`].
-    pub lowest_confidence: Spread,
-    /// [`ConfidenceTrace::below_others`].
-    pub below_others: Spread,
-    /// Share of the runs with [`ConfidenceTrace::clearly_below`].
-    pub clearly_below: f64,
-    /// The median among those alone: a sensor that never fell is back at once and says nothing of
-    /// recovery. `None` also where there are none.
-    pub median_of_clearly_below: Option<usize>,
-}
-
-impl OverSeeds {
-    /// Sums up `traces`.
-    #[must_use]
-    pub fn of(traces: &[ConfidenceTrace]) -> Self {
-        let all: Vec<_> = traces
-            .iter()
-            .map(ConfidenceTrace::recovered_after)
-            .collect();
-        let fell = traces.iter().filter(|trace| trace.clearly_below());
-        let of_fallen: Vec<_> = fell.map(ConfidenceTrace::recovered_after).collect();
-        let lowest = traces.iter().map(ConfidenceTrace::lowest_in_fault);
-        let below = traces.iter().filter_map(ConfidenceTrace::below_others);
-        Self {
-            seeds: traces.len(),
-            recovered: all.iter().flatten().count(),
-            median: percentile(&all, 50),
-            p10: percentile(&all, 10),
-            p90: percentile(&all, 90),
-            lowest_confidence: Spread::of(&lowest.collect::<Vec<_>>()),
-            below_others: Spread::of(&below.collect::<Vec<_>>()),
-            clearly_below: of_fallen.len() as f64 / traces.len().max(1) as f64,
-            median_of_clearly_below: percentile(&of_fallen, 50),
-        }
-    }
-}
-
-/// The nearest-rank percentile of values of which `None` is infinite.
-fn percentile(values: &[Option<usize>], percent: usize) -> Option<usize> {
-    let mut sorted = values.to_vec();
-    sorted.sort_by_key(|value| value.unwrap_or(usize::MAX));
-    let rank = (values.len() * percent).div_ceil(100).max(1);
-    sorted.get(rank - 1).copied().flatten()
 }
 
 #[cfg(test)]

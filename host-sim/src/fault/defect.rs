@@ -16,6 +16,11 @@ pub enum Defect {
     /// Uniform, and of the range, not of the distance: an open choice that keeps the error bounded
     /// and tells it from the relative error of a sound sensor.
     Noise(Percentage),
+    /// It errs as with [`Defect::Noise`], and *no object* counts as its farthest distance.
+    ///
+    /// The error is in the signal, which has a value where there is no object too: half of the time
+    /// noise turns that into an echo.
+    OutputNoise(Percentage),
     /// It errs by the same distance every time.
     Bias(SignedMillimeters),
     /// It multiplies every distance.
@@ -147,6 +152,7 @@ impl Defect {
             Self::StuckFar => "stuck-far",
             Self::StuckNear(_) => "stuck-near",
             Self::Noise(_) => "noise",
+            Self::OutputNoise(_) => "output-noise",
             Self::Bias(_) => "bias",
             Self::Scale(_) => "scale",
             Self::Random => "random",
@@ -160,7 +166,9 @@ impl Defect {
         match self {
             Self::StuckFar | Self::Random => Ok(()),
             Self::StuckNear(distance) => write!(f, "{between}{distance}"),
-            Self::Noise(share) | Self::Dropout(share) => write!(f, "{between}{share}"),
+            Self::Noise(share) | Self::OutputNoise(share) | Self::Dropout(share) => {
+                write!(f, "{between}{share}")
+            }
             Self::Bias(by) => write!(f, "{between}{by}"),
             Self::Scale(factor) => write!(f, "{between}{}", factor.get()),
             Self::Chatter(times) => write!(f, "{between}{}", times.get()),

@@ -4,8 +4,8 @@ use crate::quantity::{Excerpt, QuantityError};
 use thiserror::Error;
 
 /// The kinds, as errors list them.
-const KINDS: &str =
-    "stuck-far, stuck-near, noise, bias, scale, random, dropout, chatter or intermittent";
+const KINDS: &str = "stuck-far, stuck-near, noise, output-noise, bias, scale, random, dropout, \
+                     chatter or intermittent";
 
 /// Why a text is no fault; displays as one line with an example.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]

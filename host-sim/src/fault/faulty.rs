@@ -1,6 +1,7 @@
 //! A sensor with faults is a sensor.
 
 use super::{Defect, Fault, Times};
+use crate::quantity::Percentage;
 use crate::transducer::stream::{Purpose, stream};
 use crate::transducer::{Look, Sensor};
 use certainty_core::sensor::SensorId;
@@ -15,6 +16,7 @@ use rand_chacha::ChaCha8Rng;
 /// - Several faults act one after the other, in the order given.
 /// - Noise, bias and scale act on echoes. What they move beyond the range reads *no object*, nearer
 ///   than it *too near*; what says no distance has none to be wrong.
+/// - Output noise acts on *no object* too, which counts as the farthest distance.
 /// - Stuck and random sensors say what they say whatever is there, as long as they answer: a
 ///   missing reading stays missing, since no fault here makes a sensor answer.
 /// - The sensor inside is asked every time, and every fault draws the same number of times for
@@ -254,6 +256,10 @@ fn spoilt(
         Reading::Echo(distance) => told(by(f64::from(distance.get()))),
         Reading::NoObject | Reading::TooNear | Reading::Missing(_) => reading,
     };
+    let error = |share: Percentage| {
+        let amplitude = share.fraction() * f64::from(farthest.get());
+        amplitude * (2.0 * chance - 1.0)
+    };
     match defect {
         Defect::Dropout(share) if chance < share.fraction() => Reading::Missing(Missing::Timeout),
         Defect::Dropout(_) | Defect::Chatter(_) => reading,
@@ -264,10 +270,11 @@ fn spoilt(
             let choices = f64::from(farthest.saturating_sub(nearest).get()) + 1.0;
             told(f64::from(nearest.get()) + (chance * choices).floor())
         }
-        Defect::Noise(share) => {
-            let amplitude = share.fraction() * f64::from(farthest.get());
-            moved(&|mm| mm + amplitude * (2.0 * chance - 1.0))
-        }
+        Defect::Noise(share) => moved(&|mm| mm + error(share)),
+        Defect::OutputNoise(share) => match reading {
+            Reading::NoObject => told(f64::from(farthest.get()) + error(share)),
+            _ => moved(&|mm| mm + error(share)),
+        },
         Defect::Bias(by) => moved(&|mm| mm + f64::from(by.get())),
         Defect::Scale(factor) => moved(&|mm| mm * factor.get()),
     }

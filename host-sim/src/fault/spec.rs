@@ -4,7 +4,8 @@
 //! |---|---|---|---|
 //! | `stuck-far` | – | – | says *no object* |
 //! | `stuck-near` | a length | `250mm` | says that distance |
-//! | `noise` | a percentage of the range | `20%` | uniform error |
+//! | `noise` | a percentage of the range | `20%` | uniform error of echoes |
+//! | `output-noise` | a percentage of the range | `20%` | the same, *no object* being the farthest distance |
 //! | `bias` | a length, may be negative | `200mm` | constant error |
 //! | `scale` | a factor | `0.6` | multiplies the distance |
 //! | `random` | – | – | any distance of the range |
@@ -92,8 +93,8 @@ impl fmt::Display for SensorName {
 /// assert_eq!(spec.to_string(), "stuck-near:2=250mm@3000ms..8000ms");
 /// assert_eq!(
 ///     "stuck:2".parse::<FaultSpec>().unwrap_err().to_string(),
-///     "unknown fault 'stuck': write stuck-far, stuck-near, noise, bias, scale, random, dropout, \
-///      chatter or intermittent, for example stuck-far:2"
+///     "unknown fault 'stuck': write stuck-far, stuck-near, noise, output-noise, bias, scale, \
+///      random, dropout, chatter or intermittent, for example stuck-far:2"
 /// );
 /// # Ok::<(), certainty_sim::fault::SpecError>(())
 /// ```
@@ -239,6 +240,13 @@ fn parse_defect(kind: &str, value: Option<&str>) -> Result<Defect, SpecError> {
             quantity::percentage,
         )
         .map(Defect::Noise),
+        "output-noise" => measured(
+            ("output-noise", "output-noise:1=20%"),
+            value,
+            of_range,
+            quantity::percentage,
+        )
+        .map(Defect::OutputNoise),
         "bias" => measured(
             ("bias", "bias:3=200mm"),
             value,

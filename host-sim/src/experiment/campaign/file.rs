@@ -198,8 +198,8 @@ mod tests {
     fn a_complaint_names_line_and_key() {
         assert_eq!(
             complaint("rates = [1]\nfaults = ['stuck']"),
-            "x.toml:2: faults: unknown fault 'stuck': write stuck-far, stuck-near, noise, bias, scale, \
-             random, dropout, chatter or intermittent, for example stuck-far:2"
+            "x.toml:2: faults: unknown fault 'stuck': write stuck-far, stuck-near, noise, output-noise, \
+             bias, scale, random, dropout, chatter or intermittent, for example stuck-far:2"
         );
         assert_eq!(
             complaint("\n\nsweeps = [1,\n 0]"),

@@ -1,3 +1,4 @@
+use super::over_seeds::percentile;
 use super::*;
 
 /// Sensor 1 as given in percent, the others at `others` percent; the fault lasts four points.
@@ -92,7 +93,7 @@ fn runs_are_summed_up() {
     let fell = trace(&[90, 80, 70, 60, 99], [100, 100]);
     let never = trace(&[100; 5], [100, 100]);
     let lost = trace(&[90, 80, 70, 60, 60], [100, 100]);
-    let sum = OverSeeds::of(&[fell, never.clone(), never, lost]);
+    let sum = OverSeeds::of(&[fell.clone(), never.clone(), never, lost], &[]);
     assert_eq!((sum.seeds, sum.recovered), (4, 3));
     assert_eq!((sum.p10, sum.median, sum.p90), (Some(0), Some(0), None));
     assert!((sum.clearly_below - 0.5).abs() < 1e-12);
@@ -104,6 +105,27 @@ fn runs_are_summed_up() {
 }
 
 #[test]
+fn twins_say_how_often_a_sensor_is_below_without_a_fault() {
+    let (low, high) = (trace(&[60; 4], [100; 2]), trace(&[100; 4], [100; 2]));
+    let runs = [low.clone(), low.clone(), high.clone()];
+    let sum = OverSeeds::of(&runs, &[low, high.clone(), high.clone(), high]);
+    assert!((sum.clearly_below - 2.0 / 3.0).abs() < 1e-12);
+    assert!((sum.clearly_below_without_fault - 0.25).abs() < 1e-12);
+}
+
+#[test]
+fn a_course_is_the_mean_and_the_tenths() {
+    let runs: Vec<_> = (1..=10).map(|n| trace(&[100, 10 * n], [50; 2])).collect();
+    let course = Course::of(&runs, 0);
+    assert_eq!((course.mean.len(), course.band.len()), (2, 2));
+    assert!((course.mean[1] - 0.55).abs() < 1e-4);
+    let (low, high) = course.band[1];
+    assert!((low - 0.1).abs() < 1e-4 && (high - 0.9).abs() < 1e-4);
+    assert_eq!(course.band[0], (1.0, 1.0));
+    assert_eq!(Course::of(&[], 0), Course::default());
+}
+
+#[test]
 fn a_single_run_has_no_spread() {
     let one = Spread::of(&[0.7]);
     assert_eq!((one.mean, one.sd), (0.7, 0.0));
@@ -112,18 +134,76 @@ fn a_single_run_has_no_spread() {
 fn recovery(count: Count) -> Recovery {
     Recovery {
         count,
+        noise: Noise::Output,
+        crew: Crew::default(),
         fusion: FusionRules::default(),
     }
 }
 
 #[test]
-fn the_fault_is_the_papers_for_either_count() {
-    for (count, spec) in [
-        (Count::Each, "noise:1=20%@0..50"),
-        (Count::All, "noise:1=20%@0..17"),
+fn the_fault_is_the_papers_for_either_count_and_noise() {
+    for (count, noise, crew, spec) in [
+        (
+            Count::Each,
+            Noise::Output,
+            "ABC",
+            "output-noise:1=20%@0..50",
+        ),
+        (Count::All, Noise::Output, "CCC", "output-noise:1=20%@0..17"),
+        (Count::Each, Noise::Echo, "ABC", "noise:1=20%@0..50"),
+        (Count::All, Noise::Echo, "5", "noise:1=20%@0..10"),
     ] {
-        assert_eq!(recovery(count).fault().unwrap().to_string(), spec);
+        let crew = crew.parse().unwrap();
+        let recovery = Recovery {
+            noise,
+            crew,
+            ..recovery(count)
+        };
+        assert_eq!(recovery.fault().unwrap().to_string(), spec);
     }
+}
+
+#[test]
+fn what_is_open_is_read_back() {
+    for count in [Count::Each, Count::All] {
+        assert_eq!(count.name().parse(), Ok(count));
+    }
+    for noise in [Noise::Output, Noise::Echo] {
+        assert_eq!(noise.name().parse(), Ok(noise));
+    }
+    for rules in [Rules::Shipped, Rules::Letter] {
+        assert_eq!(rules.name().parse(), Ok(rules));
+    }
+    assert_ne!(Rules::Shipped.robust(), Rules::Letter.robust());
+}
+
+/// What the fault did not spoil reads the same in the twin.
+#[test]
+fn a_twin_has_the_same_draws() {
+    let world = Arc::new(World::built_in());
+    let recovery = recovery(Count::Each);
+    let readings = |faults| {
+        let world = Arc::clone(&world);
+        let setup = Setup {
+            rig: RIG,
+            faults,
+            ..Setup::smart_car(world, Crew::default(), Length::Readings(600), 1)
+        };
+        setup.run().unwrap().readings
+    };
+    let (run, twin) = (readings(vec![recovery.fault().unwrap()]), readings(vec![]));
+    assert_eq!(run.len(), twin.len());
+    let mut differ = 0;
+    for (taken, twin) in run.iter().zip(&twin) {
+        assert!(taken.spoilt || taken.beam == twin.beam);
+        differ += usize::from(taken.beam != twin.beam);
+    }
+    assert!((20..=FAULTY).contains(&differ), "{differ}");
+    let traces = (
+        recovery.trace(Arc::clone(&world), 1).unwrap(),
+        recovery.twin(Arc::clone(&world), 1).unwrap(),
+    );
+    assert_ne!(traces.0, traces.1);
 }
 
 /// Counted over all sensors, the fault spoils sensor 1's readings among the first 50, and no later.
@@ -185,8 +265,8 @@ fn other_rules_draw_another_figure() {
         ..FusionRules::default()
     };
     let coarse = Recovery {
-        count: Count::Each,
         fusion,
+        ..recovery(Count::Each)
     };
     let world = Arc::new(World::built_in());
     let coarse = coarse.trace(Arc::clone(&world), 1).unwrap();

@@ -168,6 +168,49 @@ fn noise_is_uniform_within_its_part_of_the_range() {
 }
 
 #[test]
+fn noise_leaves_alone_what_says_no_distance() {
+    let silent = [Reading::NoObject, Reading::TooNear, MISSING];
+    let read = run(&mut faulty(&silent, &["noise:1=100%"], 5), 300);
+    assert_eq!(read, silent.repeat(100));
+}
+
+#[test]
+fn output_noise_makes_echoes_of_half_of_no_object() {
+    let noise = ["output-noise:1=20%"];
+    let read = run(&mut faulty(&[Reading::NoObject], &noise, 1), 20_000);
+    let (echoes, silent): (Vec<_>, Vec<_>) =
+        read.into_iter().partition(|r| *r != Reading::NoObject);
+    let share = echoes.len() as f64 / 20_000.0;
+    assert!((share - 0.5).abs() < 0.015, "{share}");
+    assert!(silent.iter().all(|r| *r == Reading::NoObject));
+    // From 160 mm below the farthest distance up to it, uniformly.
+    let echoes = distances(&echoes);
+    assert_spans(&echoes, 640.0..=641.0, 799.0..=800.0);
+    assert!((mean(&echoes) - 720.0).abs() < 2.0, "{}", mean(&echoes));
+}
+
+#[test]
+fn output_noise_errs_on_echoes_as_noise_does_and_leaves_other_readings() {
+    let of = |readings: &[Reading], spec| run(&mut faulty(readings, &[spec], 5), 200);
+    let echoes = [echo(400), echo(800), echo(100)];
+    assert_eq!(
+        of(&echoes, "output-noise:1=20%"),
+        of(&echoes, "noise:1=20%")
+    );
+    let others = [Reading::TooNear, MISSING];
+    assert_eq!(of(&others, "output-noise:1=100%"), others.repeat(100));
+}
+
+#[test]
+fn output_noise_shifts_no_draw() {
+    let of = |specs: &[&str]| run(&mut faulty(&ALL, specs, 1), 200);
+    let noise = of(&["output-noise:1=20%"]);
+    assert_eq!(noise, of(&["output-noise:1=20%", "dropout:1=0%"]));
+    assert_eq!(noise[100..], of(&["output-noise:1=20%@100"])[100..]);
+    assert_eq!(of(&[]), of(&["output-noise:1=20%@200"]));
+}
+
+#[test]
 fn random_says_every_distance_of_the_range_equally_often() {
     let all = [echo(400), Reading::NoObject, Reading::TooNear];
     let read = distances(&run(&mut faulty(&all, &["random:1"], 1), 20_000));

@@ -18,6 +18,7 @@ fn every_kind_has_the_value_it_was_given() {
             Defect::StuckNear(Millimeters::new(300)),
         ),
         ("noise:1=5%", Defect::Noise(share(5.0))),
+        ("output-noise:1=5%", Defect::OutputNoise(share(5.0))),
         ("bias:1=-200mm", Defect::Bias(SignedMillimeters::new(-200))),
         ("scale:1=1.5", Defect::Scale(Factor::try_new(1.5).unwrap())),
         ("random:1", Defect::Random),
@@ -33,6 +34,7 @@ fn a_value_left_out_is_the_documented_one() {
     for (short, long) in [
         ("stuck-near:1", "stuck-near:1=250mm"),
         ("noise:1", "noise:1=20%"),
+        ("output-noise:1", "output-noise:1=20%"),
         ("bias:1", "bias:1=200mm"),
         ("scale:1", "scale:1=0.6"),
         ("dropout:1", "dropout:1=50%"),
@@ -130,6 +132,10 @@ fn each_way_to_be_wrong_has_its_line() {
             "noise: '20' has no unit: write a percentage such as 20%, for example noise:1=20%",
         ),
         (
+            "output-noise:1=20",
+            "output-noise: '20' has no unit: write a percentage such as 20%, for example output-noise:1=20%",
+        ),
+        (
             "dropout:1=120%",
             "dropout: '120%' is too large: at most 100%, for example dropout:1=50%",
         ),
@@ -185,6 +191,7 @@ fn any_defect() -> impl Strategy<Value = Defect> {
         Just(Defect::StuckFar),
         (0..=1_u32 << 28).prop_map(|mm| Defect::StuckNear(Millimeters::new(mm))),
         share().prop_map(Defect::Noise),
+        share().prop_map(Defect::OutputNoise),
         (-(1 << 28)..=1_i32 << 28).prop_map(|mm| Defect::Bias(SignedMillimeters::new(mm))),
         (0.0..=1000.0_f64).prop_map(|f| Defect::Scale(Factor::try_new(f).unwrap())),
         Just(Defect::Random),
