@@ -1,8 +1,10 @@
 //! The core's grids with the host's storage, chosen at run time.
 
 mod literal;
+mod rules;
 
 pub use literal::LiteralGrid;
+pub use rules::{Rules, UnknownRules};
 
 use certainty_core::certainty::Certainty;
 use certainty_core::fusion::{

@@ -57,7 +57,10 @@ fn the_json_holds_a_row_for_every_method_and_the_oracle() {
         "campaign --scenarios s.toml --seeds 2 --json",
     );
     let document = ran.json();
-    assert_eq!(keys(&document), ["rows", "scenarios", "seed", "seeds"]);
+    assert_eq!(
+        keys(&document),
+        ["rows", "rules", "scenarios", "seed", "seeds"]
+    );
     let rows = document["rows"].as_array().unwrap();
     let methods: Vec<_> = rows
         .iter()
@@ -191,6 +194,7 @@ fn bad_arguments_and_scenario_files_end_in_one_line() {
         ("--seeds 1e9", "--seeds"),
         ("--seeds NaN", "--seeds"),
         ("--jobs 0", "--jobs"),
+        ("--rules lax", "'lax' are no rules"),
         ("--json --csv c.csv", "--csv"),
         ("--csv nowhere/c.csv", "nowhere/c.csv: "),
         ("--csv .", ".: "),

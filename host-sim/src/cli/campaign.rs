@@ -7,7 +7,7 @@ use super::{Failure, output, progress};
 use crate::experiment::campaign::{Campaign, CampaignError, Row, Selection};
 use crate::experiment::{Estimate, Waits, standard_deviation};
 use crate::export::{ExportError, OutDir};
-use crate::fusion::FusionRules;
+use crate::fusion::Rules;
 use crate::plot::{Axis, BarChart, BarSeries};
 use clap::Args;
 use serde::Serialize;
@@ -30,6 +30,9 @@ pub(super) struct Arguments {
         allow_hyphen_values = true
     )]
     seed: u64,
+    /// The numbers of the robust method
+    #[arg(long, value_name = "shipped|letter|coarse", default_value = "shipped")]
+    rules: Rules,
     #[command(flatten)]
     jobs: Jobs,
     /// Print one JSON document instead of a summary
@@ -54,8 +57,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Some(file) => Selection::load(file).map_err(|error| Failure::input(&error))?,
         None => Selection::default(),
     };
-    let Arguments { seed, seeds, .. } = *arguments;
-    let campaign = Campaign::new(selection, seed, seeds, FusionRules::default());
+    let Arguments {
+        seed, seeds, rules, ..
+    } = *arguments;
+    let campaign = Campaign::new(selection, seed, seeds, rules.fusion());
     arguments.jobs.run(|| match &arguments.csv {
         Some(path) => into_file(&campaign, path),
         None => to_stdout(&campaign, arguments),
@@ -93,6 +98,7 @@ fn into_file(campaign: &Campaign, path: &Path) -> Result<(), Failure> {
 struct Report {
     seed: u64,
     seeds: u64,
+    rules: &'static str,
     scenarios: usize,
     rows: Vec<Row>,
 }
@@ -113,6 +119,7 @@ fn to_stdout(campaign: &Campaign, arguments: &Arguments) -> Result<(), Failure> 
         return output::print_json(&Report {
             seed: arguments.seed,
             seeds: arguments.seeds,
+            rules: arguments.rules.name(),
             scenarios,
             rows,
         });
@@ -254,8 +261,10 @@ impl<'a> Summary<'a> {
             }
         }
         let mut text = format!(
-            "{scenarios} scenarios, {} worlds each from seed {}; means over the scenarios of a fault\n\n",
-            arguments.seeds, arguments.seed
+            "{scenarios} scenarios, {} worlds each from seed {}, {} rules; means over the scenarios\n\n",
+            arguments.seeds,
+            arguments.seed,
+            arguments.rules.name()
         );
         text += &table(&maps);
         if health.len() > 1 {

@@ -5,12 +5,11 @@ use super::table::table;
 use super::{Failure, output, progress};
 use crate::experiment::Crew;
 use crate::experiment::recovery::{
-    ConfidenceTrace, Count, Course, FAULTY, Noise, OverSeeds, READINGS, Recovery, Rules, Spread,
-    share,
+    ConfidenceTrace, Count, Course, FAULTY, Noise, OverSeeds, READINGS, Recovery, Spread, share,
 };
 use crate::export::{ExportError, OutDir};
 use crate::fault::FaultSpec;
-use crate::fusion::FusionRules;
+use crate::fusion::Rules;
 use crate::plot::{Axis, Line, LineChart, Span};
 use crate::world::{Layout, World};
 use clap::Args;
@@ -44,7 +43,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "LETTERS|N", default_value = "ABC", value_parser = at_least_three)]
     sensors: Crew,
     /// The open numbers of the robust method: the defaults, or [001] to the letter
-    #[arg(long, value_name = "shipped|letter", default_value = "shipped")]
+    #[arg(long, value_name = "shipped|letter|coarse", default_value = "shipped")]
     rules: Rules,
     /// Where the confidences go, as a table in CSV and as charts
     #[arg(long, value_name = "DIR", default_value = "out")]
@@ -97,10 +96,7 @@ fn evaluate(arguments: &Arguments) -> Result<Evaluated, Failure> {
         count: arguments.count,
         noise: arguments.noise,
         crew: arguments.sensors.clone(),
-        fusion: FusionRules {
-            robust: arguments.rules.robust(),
-            ..FusionRules::default()
-        },
+        fusion: arguments.rules.fusion(),
     };
     let one = recovery.trace(Arc::new(World::built_in()), arguments.seed);
     let one = one.map_err(|error| internal(&error))?;

@@ -9,7 +9,7 @@
 mod choice;
 mod over_seeds;
 
-pub use choice::{Count, Noise, Rules};
+pub use choice::{Count, Noise};
 pub use over_seeds::{Course, OverSeeds, Spread};
 
 use super::{Crew, Length, Mounting, Overlap, Rig, Setup, SetupError};

@@ -1,6 +1,5 @@
 //! What \[001\] §6.3 leaves open, each choice with its name on the command line.
 
-use certainty_core::fusion::{RobustConfig, RobustRules};
 use core::str::FromStr;
 
 /// Whose readings are counted.
@@ -77,53 +76,6 @@ impl FromStr for Noise {
             "output" => Ok(Self::Output),
             "echo" => Ok(Self::Echo),
             _ => Err(format!("'{text}' is no noise: write output or echo")),
-        }
-    }
-}
-
-/// Which numbers `AddToGrid` has.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Rules {
-    /// The defaults.
-    Shipped,
-    /// All agreement counts alike: \[001\] to the letter.
-    Letter,
-}
-
-/// `AddToGrid` to the letter.
-const LETTER: RobustRules = match RobustRules::try_new(RobustConfig::TO_THE_LETTER) {
-    Ok(rules) => rules,
-    Err(_) => panic!("no such rules"),
-};
-
-impl Rules {
-    /// Returns the name it has on the command line.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Shipped => "shipped",
-            Self::Letter => "letter",
-        }
-    }
-
-    /// Returns the numbers.
-    #[must_use]
-    pub const fn robust(self) -> RobustRules {
-        match self {
-            Self::Shipped => RobustRules::DEFAULT,
-            Self::Letter => LETTER,
-        }
-    }
-}
-
-impl FromStr for Rules {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text {
-            "shipped" => Ok(Self::Shipped),
-            "letter" => Ok(Self::Letter),
-            _ => Err(format!("'{text}' are no rules: write shipped or letter")),
         }
     }
 }

@@ -163,20 +163,6 @@ fn the_fault_is_the_papers_for_either_count_and_noise() {
     }
 }
 
-#[test]
-fn what_is_open_is_read_back() {
-    for count in [Count::Each, Count::All] {
-        assert_eq!(count.name().parse(), Ok(count));
-    }
-    for noise in [Noise::Output, Noise::Echo] {
-        assert_eq!(noise.name().parse(), Ok(noise));
-    }
-    for rules in [Rules::Shipped, Rules::Letter] {
-        assert_eq!(rules.name().parse(), Ok(rules));
-    }
-    assert_ne!(Rules::Shipped.robust(), Rules::Letter.robust());
-}
-
 /// What the fault did not spoil reads the same in the twin.
 #[test]
 fn a_twin_has_the_same_draws() {
@@ -272,4 +258,14 @@ fn other_rules_draw_another_figure() {
     let coarse = coarse.trace(Arc::clone(&world), 1).unwrap();
     let shipped = recovery(Count::Each).trace(world, 1).unwrap();
     assert!(coarse.lowest_in_fault() < shipped.lowest_in_fault());
+}
+
+#[test]
+fn what_is_open_is_read_back() {
+    for count in [Count::Each, Count::All] {
+        assert_eq!(count.name().parse(), Ok(count));
+    }
+    for noise in [Noise::Output, Noise::Echo] {
+        assert_eq!(noise.name().parse(), Ok(noise));
+    }
 }
