@@ -18,6 +18,8 @@ mod environment;
 mod geometry;
 mod grid;
 mod layers;
+#[cfg(test)]
+mod liars;
 mod log_odds;
 mod mapper;
 mod median;

@@ -85,6 +85,7 @@ fn trimmed(votes: &[Certainty], trim: usize) -> Certainty {
 
 #[cfg(test)]
 mod tests {
+    use super::super::liars::every_minority;
     use super::*;
     use crate::units::{Millimeters, Point};
 
@@ -130,6 +131,23 @@ mod tests {
             }
             assert_eq!(fused(&vec![255; 2 * trim + 1], trim), Certainty::OCCUPIED);
         }
+    }
+
+    /// Of an odd number of words one is left, which is a correct one or lies between two. Of an even
+    /// number two are, and eq. 1 makes agreement surer than either: the value is between what it makes
+    /// of the lowest and of the highest correct word, twice.
+    #[test]
+    fn any_minority_of_liars_that_is_trimmed_leaves_the_value_between_correct_ones() {
+        const ROUNDING: u8 = 2;
+        every_minority(|told, correct| {
+            let trim = (told.len() - 1) / 2;
+            let kept = told.len() - 2 * trim;
+            let agreed = |word: u8| fused(&vec![word; kept], 0).to_bits();
+            let lowest = agreed(correct[0]) - ROUNDING;
+            let highest = agreed(correct[correct.len() - 1]) + ROUNDING;
+            let value = fused(told, trim).to_bits();
+            assert!((lowest..=highest).contains(&value), "{told:?}: {value}");
+        });
     }
 
     /// \[000\] §3.1: values outside are removed, values between two correct ones do no harm.
