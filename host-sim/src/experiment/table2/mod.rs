@@ -6,7 +6,8 @@
 //! scatters.
 //!
 //! Beside the methods stands an [oracle](super::Oracle) for each crew, told the error rates of its sensors
-//! in other layouts: what a method's MAE is above the oracle's, it could have learned.
+//! in other layouts. It aims at neither MAE nor MSE, and takes free and occupied as equally likely: a
+//! method can come below it.
 //!
 //! # The primary set-up
 //!
