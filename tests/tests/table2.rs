@@ -33,7 +33,7 @@ fn json_has_exactly_the_keys_of_the_contract() {
     assert_eq!(document["seed"], 1);
     let methods = list(&document, "methods");
     let names: Vec<_> = methods.iter().map(|row| &row["name"]).collect();
-    assert_eq!(names, ["bayes", "robust", "trimmed", "median"]);
+    assert_eq!(names, ["bayes", "robust", "trimmed", "median", "oracle"]);
     for method in methods {
         let expected = [
             "floor_mae",
@@ -45,6 +45,7 @@ fn json_has_exactly_the_keys_of_the_contract() {
             "mse",
             "mse_sd",
             "name",
+            "to_oracle",
         ];
         assert_eq!(keys(method), expected);
         for share in ["mae", "mae_sd", "mse", "mse_sd", "missed", "ghost"] {
@@ -110,16 +111,28 @@ fn the_csv_has_every_world_and_its_mean_is_the_reports() {
     let folder = tempfile::tempdir().unwrap();
     let document = certainty(folder.path(), "table2 --worlds 5 --json --out here").json();
     let files = list(&document, "files");
-    assert_eq!(files, ["here/table2.csv"]);
+    assert_eq!(
+        files,
+        ["here/table2.csv", "here/table2.png", "here/table2.svg"]
+    );
     let table = fs::read_to_string(folder.path().join("here/table2.csv")).unwrap();
     let mut lines = table.lines();
-    assert_eq!(lines.next(), Some("world,method,mae,mse,missed,ghost"));
+    assert_eq!(
+        lines.next(),
+        Some("world,method,mae,mse,missed,ghost,to_oracle")
+    );
     let rows: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
-    assert_eq!(rows.len(), 5 * 4);
+    assert_eq!(rows.len(), 5 * 5);
     for method in list(&document, "methods") {
-        let of_method = rows.iter().filter(|row| method["name"] == row[1]);
-        let sum: f64 = of_method.map(|row| row[2].parse::<f64>().unwrap()).sum();
-        assert!((sum / 5.0 - method["mae"].as_f64().unwrap()).abs() < 1e-12);
+        for (column, key) in [(2, "mae"), (6, "to_oracle")] {
+            let of_method = rows.iter().filter(|row| method["name"] == row[1]);
+            let values = of_method.map(|row| row[column].parse::<f64>().unwrap());
+            let mean = values.sum::<f64>() / 5.0;
+            assert!(
+                (mean - method[key].as_f64().unwrap()).abs() < 1e-12,
+                "{key}"
+            );
+        }
     }
 }
 
@@ -127,7 +140,7 @@ fn the_csv_has_every_world_and_its_mean_is_the_reports() {
 fn people_see_ours_beside_the_papers_in_80_columns() {
     let text = alone("table2 --worlds 2").stdout;
     for word in [
-        "bayes", "robust", "trimmed", "median", "paper", "ratio", "±", "1560",
+        "bayes", "robust", "trimmed", "median", "oracle", "paper", "ratio", "±", "1560",
     ] {
         assert!(text.contains(word), "no {word} in {text}");
     }
@@ -147,8 +160,8 @@ fn bad_numbers_are_refused_in_one_line() {
         ("--worlds NaN", ["--worlds", "NaN"]),
         ("--worlds -1", ["-1", "--help"]),
         ("--worlds 1.5", ["--worlds", "1.5"]),
-        ("--jobs 0", ["--jobs", "256"]),
-        ("--jobs 257", ["--jobs", "256"]),
+        ("--jobs 0", ["--jobs", "1024"]),
+        ("--jobs 1025", ["--jobs", "1024"]),
         ("--seed -1", ["--seed", "-1"]),
         ("--seed x", ["--seed", "x"]),
         ("--sensitivity=often", ["--sensitivity", "often"]),

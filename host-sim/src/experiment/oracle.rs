@@ -17,7 +17,7 @@ use certainty_firmware::smart_car::FARTHEST;
 /// *Uncertain* behind an echo says nothing, as in eq. 1, and a cell of which nothing is known has even
 /// odds. It is a limit for maps that fuse cell by cell and take readings as independent; nothing keeps a
 /// method from beating it in a measure that it does not aim at.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Oracle {
     /// Of each kind of reading, the weight of each word, in nat.
     weights: Vec<[f64; WORDS]>,

@@ -3,13 +3,16 @@
 mod report;
 mod told;
 
+use super::jobs::Jobs;
 use super::progress::bar;
 use super::{Failure, output};
+use crate::experiment::Score;
 use crate::experiment::table2::{
-    Choices, Effort, Evaluation, Neighbour, Search, neighbours, neighbours_steps,
+    Choices, Effort, Evaluation, Figures, Fuser, Neighbour, PRINTED_METHODS, Search, neighbours,
+    neighbours_steps,
 };
 use crate::export::OutDir;
-use crate::fusion::Method;
+use crate::plot::{Axis, BarChart, BarSeries};
 use clap::Args;
 use report::Report;
 use std::path::PathBuf;
@@ -31,10 +34,9 @@ pub(super) struct Arguments {
     /// Also vary every choice that the text leaves open, one by one and all together (minutes)
     #[arg(long)]
     sensitivity: bool,
-    /// How many threads compute; the result does not depend on it [default: one a core]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
-    jobs: Option<u16>,
-    /// Where every world's figures go, as table2.csv
+    #[command(flatten)]
+    jobs: Jobs,
+    /// Where every world's figures go, as table2.csv, and the chart of their means
     #[arg(long, value_name = "DIR", default_value = "out")]
     out: PathBuf,
     /// Print one JSON document instead
@@ -63,15 +65,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     output::check_listable(arguments.json, &arguments.out)?;
     // Before the work, which takes a while.
     let out = OutDir::create(&arguments.out).map_err(|error| Failure::input(&error))?;
-    let threads = arguments.jobs.map_or(0, usize::from); // 0: as many as there are cores
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = pool.map_err(|error| Failure::Internal(format!("cannot start threads: {error}")))?;
-
-    let (evaluation, sensitivity) = pool.install(|| {
+    let (evaluation, sensitivity) = arguments.jobs.run(|| {
         let evaluation = evaluated(arguments);
         let sensitivity = arguments.sensitivity.then(|| varied(arguments));
         (evaluation, sensitivity)
-    });
+    })?;
     let files = written(&evaluation, &out)?;
     if arguments.json {
         let report = Report::new(arguments.seed, &evaluation, sensitivity.as_ref(), &files);
@@ -115,22 +113,74 @@ fn varied(arguments: &Arguments) -> Sensitivity {
     }
 }
 
-/// Writes the files: every world's figures, one line a world and method.
+/// Writes the files: every world's figures, one line a world and method, and the chart.
 fn written(evaluation: &Evaluation, out: &OutDir) -> Result<Vec<PathBuf>, Failure> {
     let table = out.write("table2.csv", |file| {
-        writeln!(file, "world,method,mae,mse,missed,ghost")?;
+        writeln!(file, "world,method,mae,mse,missed,ghost,to_oracle")?;
         for (number, world) in evaluation.worlds().enumerate() {
-            for (method, score) in Method::ALL.iter().zip(world) {
+            let oracle = world.last().map_or(0.0, |score| score.mae);
+            for (method, score) in Fuser::ALL.iter().zip(&world) {
                 writeln!(
                     file,
-                    "{number},{method},{},{},{},{}",
-                    score.mae, score.mse, score.missed, score.ghost
+                    "{number},{method},{},{},{},{},{}",
+                    score.mae,
+                    score.mse,
+                    score.missed,
+                    score.ghost,
+                    score.mae - oracle
                 )?;
             }
         }
         Ok(())
     });
-    Ok(vec![table.map_err(|error| Failure::input(&error))?])
+    let table = table.map_err(|error| Failure::input(&error))?;
+    let [png, svg] = chart(evaluation)
+        .write(out, "table2")
+        .map_err(|error| Failure::input(&error))?;
+    Ok(vec![table, png, svg])
+}
+
+/// MAE and MSE of everyone beside the paper's, in thousandths.
+fn chart(evaluation: &Evaluation) -> BarChart {
+    let rows = &evaluation.methods;
+    let ours = |name: &str, part: fn(&Score) -> f64| BarSeries {
+        name: name.to_owned(),
+        values: rows.iter().map(|row| Some(part(&row.mean) * 1e3)).collect(),
+        errors: Some(
+            rows.iter()
+                .map(|row| row.deviation.map_or(f64::NAN, |score| part(&score) * 1e3))
+                .collect(),
+        ),
+    };
+    let printed = Figures::PRINTED.values();
+    let papers = |name: &str, nth: usize| BarSeries {
+        name: name.to_owned(),
+        values: rows
+            .iter()
+            .map(|row| {
+                let place = printed_place(row.method)?;
+                Some(printed[2 * place + nth] * 1e3)
+            })
+            .collect(),
+        errors: None,
+    };
+    BarChart {
+        title: "[001] Table 2: distance from the grid of perfect sensors".into(),
+        y: Axis::new("certainty", "thousandths").from(0.0),
+        groups: rows.iter().map(|row| row.method.to_string()).collect(),
+        bars: vec![
+            ours("MAE", |score| score.mae),
+            papers("MAE, paper", 0),
+            ours("MSE", |score| score.mse),
+            papers("MSE, paper", 1),
+        ],
+    }
+}
+
+/// Which row of the printed table is `fuser`'s.
+fn printed_place(fuser: Fuser) -> Option<usize> {
+    let mut printed = PRINTED_METHODS.into_iter().map(Fuser::Method);
+    printed.position(|method| method == fuser)
 }
 
 #[cfg(test)]

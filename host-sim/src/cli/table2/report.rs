@@ -42,6 +42,8 @@ struct MethodReport {
     /// MAE and MSE of what the method makes of perfect readings.
     floor_mae: f64,
     floor_mse: f64,
+    /// MAE less the oracle's.
+    to_oracle: f64,
 }
 
 #[derive(Debug, Serialize)]
@@ -152,6 +154,7 @@ impl From<&MethodFigures> for MethodReport {
             ghost: row.mean.ghost,
             floor_mae: row.floor.mae,
             floor_mse: row.floor.mse,
+            to_oracle: row.to_oracle,
         }
     }
 }

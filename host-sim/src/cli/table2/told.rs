@@ -1,10 +1,10 @@
 //! The report for people.
 
-use super::Sensitivity;
+use super::{Sensitivity, printed_place};
 use crate::cli::simulate::percent;
 use crate::cli::table::{row, table};
 use crate::experiment::table2::{
-    Candidate, Choices, Evaluation, Figures, MethodFigures, PRINTED_METHODS, Search, factor,
+    Candidate, Choices, Evaluation, Figures, MethodFigures, Search, factor,
 };
 use std::path::PathBuf;
 
@@ -39,7 +39,10 @@ pub(super) fn told(
         .iter()
         .map(|file| file.display().to_string())
         .collect();
-    text += &format!("\nevery world's figures: {}\n", files.join(", "));
+    text += &format!(
+        "\nevery world's figures, and the chart: {}\n",
+        files.join(", ")
+    );
     text
 }
 
@@ -55,9 +58,10 @@ fn methods(evaluation: &Evaluation) -> String {
             mean,
             deviation,
             floor: _,
+            to_oracle: _,
         } = method;
         let printed = Figures::PRINTED.values();
-        let place = PRINTED_METHODS.iter().position(|printed| printed == method);
+        let place = printed_place(*method);
         let mut cells = vec![method.to_string()];
         for (nth, mean, deviation) in [
             (0, mean.mae, deviation.map(|score| score.mae)),
@@ -74,12 +78,22 @@ fn methods(evaluation: &Evaluation) -> String {
         cells.extend([percent(mean.missed), percent(mean.ghost)]);
         cells
     }));
-    let floors = evaluation.methods.iter().map(|row| {
-        let (mae, mse) = (thousandths(row.floor.mae), thousandths(row.floor.mse));
-        format!("{} {mae}/{mse}", row.method)
-    });
-    let floors: Vec<_> = floors.collect();
-    table(&rows) + &format!("\nof perfect readings (MAE/MSE):\n{}\n", floors.join(", "))
+    let head = [
+        "method",
+        "MAE - oracle's",
+        "MAE of perfect readings",
+        "MSE of perfect readings",
+    ];
+    let mut limits = vec![row(head)];
+    limits.extend(evaluation.methods.iter().map(|row| {
+        vec![
+            row.method.to_string(),
+            format!("{:+.1}", row.to_oracle * 1e3),
+            thousandths(row.floor.mae),
+            thousandths(row.floor.mse),
+        ]
+    }));
+    format!("{}\n{}\n", table(&rows), table(&limits))
 }
 
 /// What the open choices do.

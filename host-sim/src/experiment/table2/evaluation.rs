@@ -1,21 +1,61 @@
 //! The evaluation in many worlds: means, and how much they scatter.
 
-use super::{Choices, Figures, Measure, PRINTED_METHODS, Repetition, Teller, repetition};
+use super::{Choices, Figures, Measure, Oracles, PRINTED_METHODS, Repetition, Teller, repetition};
 use crate::experiment::Score;
 use crate::fusion::Method;
+use core::fmt;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
-/// A method's figures over all worlds.
+/// Who fuses: a method, or the oracle beside them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fuser {
+    /// A method.
+    Method(Method),
+    /// An [oracle](crate::experiment::Oracle) for each crew.
+    Oracle,
+}
+
+impl Fuser {
+    /// The methods in the order of [`Method::ALL`], and last the oracle.
+    pub const ALL: [Self; Method::ALL.len() + 1] = {
+        let mut all = [Self::Oracle; Method::ALL.len() + 1];
+        let mut place = 0;
+        while place < Method::ALL.len() {
+            all[place] = Self::Method(Method::ALL[place]);
+            place += 1;
+        }
+        all
+    };
+
+    /// Returns its name in reports.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Method(method) => method.name(),
+            Self::Oracle => "oracle",
+        }
+    }
+}
+
+impl fmt::Display for Fuser {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+/// A method's (or the oracle's) figures over all worlds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MethodFigures {
-    /// The method.
-    pub method: Method,
+    /// Whose figures.
+    pub method: Fuser,
     /// The mean over the worlds.
     pub mean: Score,
     /// The standard deviation of a world's figures; none of a single world.
     pub deviation: Option<Score>,
     /// The mean of what it makes of perfect readings: see [`Measure::FLOOR`].
     pub floor: Score,
+    /// Its mean MAE less the oracle's; negative where it is nearer.
+    pub to_oracle: f64,
 }
 
 /// What the evaluation came to.
@@ -25,12 +65,12 @@ pub struct Evaluation {
     pub choices: Choices,
     /// The readings that every method was given in a world.
     pub readings: usize,
-    /// Every method of [`Method::ALL`], in its order.
+    /// Everyone of [`Fuser::ALL`], in its order.
     pub methods: Vec<MethodFigures>,
     worlds: Vec<Repetition>,
 }
 
-/// The score by the set-up's measure and the floor, of each method.
+/// The score by the set-up's measure and the floor, of everyone.
 const MEASURES: usize = 2;
 
 impl Evaluation {
@@ -39,7 +79,11 @@ impl Evaluation {
     /// Worlds are shared out among rayon's threads and summed in their order: the figures do not
     /// depend on how many threads there are.
     pub fn run(choices: Choices, seed: u64, worlds: u32, done: impl Fn() + Sync) -> Self {
-        let tellers = Method::ALL.map(|method| Teller::new(method, &choices));
+        let oracles = Oracles::told(&choices, seed);
+        let tellers = Fuser::ALL.map(|fuser| match fuser {
+            Fuser::Method(method) => Teller::new(method, &choices),
+            Fuser::Oracle => Teller::oracle(&oracles),
+        });
         let measures: [_; MEASURES] = [Measure::of(&choices), Measure::FLOOR];
         let repeated = (0..worlds).into_par_iter().map(|number| {
             let world = repetition(&choices, &tellers, &measures, seed, number);
@@ -47,7 +91,7 @@ impl Evaluation {
             world
         });
         let worlds: Vec<_> = repeated.collect();
-        let methods = Method::ALL.into_iter().enumerate();
+        let methods = Fuser::ALL.into_iter().enumerate();
         let methods = methods.map(|(place, method)| {
             let place = place * MEASURES;
             let scores = worlds.iter().map(|world| &world.scores[place]);
@@ -59,17 +103,23 @@ impl Evaluation {
                 mean,
                 deviation,
                 floor,
+                to_oracle: 0.0,
             }
         });
+        let mut methods: Vec<_> = methods.collect();
+        let oracle = methods.last().map_or(0.0, |oracle| oracle.mean.mae);
+        for row in &mut methods {
+            row.to_oracle = row.mean.mae - oracle;
+        }
         Self {
             choices,
             readings: worlds.first().map_or(0, |world| world.readings),
-            methods: methods.collect(),
+            methods,
             worlds,
         }
     }
 
-    /// Returns each world's scores, one a method of [`Method::ALL`].
+    /// Returns each world's scores, one for everyone of [`Fuser::ALL`].
     #[must_use]
     pub fn worlds(&self) -> impl ExactSizeIterator<Item = Vec<Score>> {
         let of_methods = |world: &Repetition| {
@@ -87,6 +137,7 @@ impl Evaluation {
     #[must_use]
     pub fn figures(&self) -> Figures {
         let found = PRINTED_METHODS.map(|wanted| {
+            let wanted = Fuser::Method(wanted);
             let figures = self.methods.iter().find(|row| row.method == wanted);
             &figures.expect("every method is evaluated").mean
         });
@@ -147,6 +198,18 @@ mod tests {
         assert!((mean.mae - 0.3).abs() < 1e-12);
         assert!((deviation.unwrap().mae - 0.07_f64.sqrt()).abs() < 1e-12);
         assert_eq!(mean_and_deviation(scores[..1].iter()).1, None);
+    }
+
+    #[test]
+    fn the_oracle_is_last_and_no_distance_from_itself() {
+        let evaluation = Evaluation::run(Choices::PRIMARY, 5, 2, || {});
+        let fusers: Vec<_> = evaluation.methods.iter().map(|row| row.method).collect();
+        assert_eq!(fusers, Fuser::ALL);
+        let [bayes, .., oracle] = evaluation.methods.as_slice() else {
+            panic!("{fusers:?}");
+        };
+        assert_eq!((oracle.method, oracle.to_oracle), (Fuser::Oracle, 0.0));
+        assert_eq!(bayes.to_oracle, bayes.mean.mae - oracle.mean.mae);
     }
 
     #[test]

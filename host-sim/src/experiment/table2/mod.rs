@@ -5,6 +5,10 @@
 //! are the mean over its grids; the evaluation is repeated in other worlds to see how much that mean
 //! scatters.
 //!
+//! Beside the methods stands an [oracle](super::Oracle) for each crew, told the error rates of its sensors
+//! in other layouts. It aims at neither MAE nor MSE, and takes free and occupied as equally likely: a
+//! method can come below it.
+//!
 //! # The primary set-up
 //!
 //! [`Choices::PRIMARY`] is fixed from the text, before and whatever the results:
@@ -32,6 +36,7 @@
 mod choices;
 mod evaluation;
 mod figures;
+mod oracles;
 mod repetition;
 mod sensitivity;
 
@@ -39,7 +44,8 @@ pub use choices::{
     Accuracy, Alternative, CHOICES, Choice, Choices, Evidence, FalseDistances, Obstacles, Open,
     Permanent, Spread, Standard, Sweeps,
 };
-pub use evaluation::{Evaluation, MethodFigures};
+pub use evaluation::{Evaluation, Fuser, MethodFigures};
 pub use figures::{Candidate, Figures, PRINTED_METHODS, factor};
+pub use oracles::Oracles;
 pub use repetition::{Measure, Repetition, Teller, repetition};
 pub use sensitivity::{BestGiven, Effort, Neighbour, Search, neighbours, neighbours_steps};

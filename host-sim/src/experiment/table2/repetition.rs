@@ -1,6 +1,6 @@
 //! The paper's whole evaluation, once.
 
-use super::{Choices, Standard};
+use super::{Choices, Oracles, Standard};
 use crate::experiment::{Crew, Run, Score, Scored};
 use crate::fusion::{FusionRules, Landmarks, Method};
 use crate::transducer::stream::{Purpose, stream};
@@ -10,18 +10,21 @@ use rand::Rng;
 use std::sync::Arc;
 
 /// The crews of \[001\] §6.2: "systems with 3, 4, and 5 sensors".
-const CREWS: [&str; 3] = ["3", "4", "5"];
+pub(super) const CREWS: [&str; 3] = ["3", "4", "5"];
 
 /// Who makes a map of a run's readings.
 ///
 /// Two that compare equal make the same map.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Teller {
-    method: Method,
-    rules: FusionRules,
+pub struct Teller<'a>(Who<'a>);
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Who<'a> {
+    Method { method: Method, rules: FusionRules },
+    Oracle(&'a Oracles),
 }
 
-impl Teller {
+impl<'a> Teller<'a> {
     /// Creates what `choices` make of a method; choices that are none of the method's play no part.
     #[must_use]
     pub fn new(method: Method, choices: &Choices) -> Self {
@@ -43,12 +46,21 @@ impl Teller {
                 ..plain
             },
         };
-        Self { method, rules }
+        Self(Who::Method { method, rules })
+    }
+
+    /// Creates the one that is told the sensors' rates.
+    #[must_use]
+    pub const fn oracle(oracles: &'a Oracles) -> Self {
+        Self(Who::Oracle(oracles))
     }
 
     /// Returns the map that it makes.
     fn map(&self, run: &Run) -> Vec<Certainty> {
-        run.map_by(self.method, &self.rules)
+        match &self.0 {
+            Who::Method { method, rules } => run.map_by(*method, rules),
+            Who::Oracle(oracles) => oracles.map(run),
+        }
     }
 }
 
@@ -107,25 +119,19 @@ pub struct Repetition {
 #[must_use]
 pub fn repetition(
     choices: &Choices,
-    tellers: &[Teller],
+    tellers: &[Teller<'_>],
     measures: &[Measure],
     seed: u64,
     number: u32,
 ) -> Repetition {
     let mut seeds = stream(seed, Purpose::Repetition, 0, number);
-    let layout = choices.obstacles.layout();
     let mut total = Repetition {
         readings: 0,
         scores: vec![Score::ZERO; tellers.len() * measures.len()],
     };
     let mut grids = 0;
     for _ in 0..choices.sweeps.layouts() {
-        let world = World::random(&layout, seeds.next_u64());
-        let world = Arc::new(world.expect("there is room for so few obstacles"));
-        for crew in CREWS {
-            let crew: Crew = crew.parse().expect("a crew of Table 1");
-            let setup = choices.setup(Arc::clone(&world), crew, seeds.next_u64());
-            let run = setup.run().expect("every crew has a sensor 2");
+        for run in in_one_layout(choices, &mut seeds) {
             total.readings += run.readings.len();
             total.add(&run, tellers, measures);
             grids += 1;
@@ -137,9 +143,20 @@ pub fn repetition(
     total
 }
 
+/// Runs every crew in the layout that comes next.
+pub(super) fn in_one_layout(choices: &Choices, seeds: &mut impl Rng) -> [Run; CREWS.len()] {
+    let world = World::random(&choices.obstacles.layout(), seeds.next_u64());
+    let world = Arc::new(world.expect("there is room for so few obstacles"));
+    CREWS.map(|crew| {
+        let crew: Crew = crew.parse().expect("a crew of Table 1");
+        let setup = choices.setup(Arc::clone(&world), crew, seeds.next_u64());
+        setup.run().expect("every crew has a sensor 2")
+    })
+}
+
 impl Repetition {
     /// Adds one run's grids.
-    fn add(&mut self, run: &Run, tellers: &[Teller], measures: &[Measure]) {
+    fn add(&mut self, run: &Run, tellers: &[Teller<'_>], measures: &[Measure]) {
         let truth = run.reference.cells();
         let landmarks: Vec<_> = truth.iter().map(|cell| cell.certainty()).collect();
         let needs_perfect = |measure: &Measure| {
