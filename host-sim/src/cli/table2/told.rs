@@ -39,10 +39,7 @@ pub(super) fn told(
         .iter()
         .map(|file| file.display().to_string())
         .collect();
-    text += &format!(
-        "\nevery world's figures, and the chart: {}\n",
-        files.join(", ")
-    );
+    text += &format!("\nwritten: {}\n", files.join(", "));
     text
 }
 
