@@ -54,7 +54,7 @@ fn the_json_holds_a_row_for_every_method_and_the_oracle() {
     let folder = folder();
     let ran = certainty(
         folder.path(),
-        "campaign --scenarios s.toml --seeds 2 --json",
+        "campaign --scenarios health.toml --seeds 2 --json",
     );
     let document = ran.json();
     assert_eq!(
