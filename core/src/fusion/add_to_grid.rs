@@ -67,7 +67,7 @@ impl RobustConfig {
     ///
     /// A contradiction weighs 7 confirmations: sound sensors of \[001\] Table 1 gather 9 to 22
     /// confirmations a contradiction, 8 beside a random one, which gathers 4 to 7. So these steps find
-    /// a random sensor, and hardly any other fault.
+    /// a random sensor best, and one that is stuck far or biased hardly ever.
     pub const TO_THE_LETTER: Self = Self {
         raise: U0F16::from_bits(1 << 7),
         raise_free: U0F16::from_bits(1 << 7),

@@ -220,6 +220,7 @@ impl<'a> Summary<'a> {
         ])];
         let mut health = vec![row([
             "fault",
+            "rate",
             "suspect",
             "after",
             "failed",
@@ -235,7 +236,6 @@ impl<'a> Summary<'a> {
                 let mean = |part: fn(&Row) -> Option<f64>| mean(&alike, part);
                 let error = |part: fn(&Row) -> Option<f64>| decimals(mean(part));
                 let share = |part: fn(&Row) -> Option<f64>| mean(part).map_or("-".into(), percent);
-                let turns = |part: fn(&Row) -> Option<u64>| middle(&alike, part);
                 maps.push(vec![
                     fault.to_owned(),
                     method.to_owned(),
@@ -245,20 +245,8 @@ impl<'a> Summary<'a> {
                     share(|row| Some(row.ghost)),
                     error(|row| Some(row.mae_to_oracle)),
                 ]);
-                if method == "robust" {
-                    health.push(vec![
-                        fault.to_owned(),
-                        share(|row| row.suspect),
-                        turns(|row| row.suspect_after),
-                        share(|row| row.failed),
-                        turns(|row| row.failed_after),
-                        share(|row| row.false_suspect),
-                        share(|row| row.false_failed),
-                        share(|row| row.recovered),
-                        turns(|row| row.recovered_after),
-                    ]);
-                }
             }
+            health.extend(self.health_of(fault));
         }
         let mut text = format!(
             "{scenarios} scenarios, {} worlds each from seed {}, {} rules; means over the scenarios\n\n",
@@ -278,6 +266,35 @@ impl<'a> Summary<'a> {
             arguments.out.display()
         );
         text
+    }
+}
+
+impl Summary<'_> {
+    /// The lines of the table of health for a fault: one for each rate, since turns pass faster at a
+    /// higher one.
+    fn health_of(&self, fault: &str) -> Vec<Vec<String>> {
+        let all = self.alike(fault, "robust");
+        let mut rates: Vec<u32> = all.iter().map(|row| row.rate).collect();
+        rates.dedup();
+        let of_rate = rates.into_iter().map(|rate| {
+            let alike: Vec<&Row> = all.iter().filter(|row| row.rate == rate).copied().collect();
+            let share =
+                |part: fn(&Row) -> Option<f64>| mean(&alike, part).map_or("-".into(), percent);
+            let turns = |part: fn(&Row) -> Option<u64>| middle(&alike, part);
+            vec![
+                fault.to_owned(),
+                rate.to_string(),
+                share(|row| row.suspect),
+                turns(|row| row.suspect_after),
+                share(|row| row.failed),
+                turns(|row| row.failed_after),
+                share(|row| row.false_suspect),
+                share(|row| row.false_failed),
+                share(|row| row.recovered),
+                turns(|row| row.recovered_after),
+            ]
+        });
+        of_rate.collect()
     }
 }
 

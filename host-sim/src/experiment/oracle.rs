@@ -23,8 +23,8 @@ pub struct Oracle {
     weights: Vec<[f64; WORDS]>,
 }
 
-/// Words: free because of *no object*, and of an echo's beam: free, rather free, rather occupied,
-/// occupied.
+/// Words of an echo's beam: free, rather free, rather occupied, occupied; and free because of *no
+/// object*.
 const WORDS: usize = 5;
 /// Parts of the range that are told apart.
 const DISTANCES: usize = 4;

@@ -89,8 +89,8 @@ impl Selection {
             methods: key("methods").texts(written.methods, all.methods)?,
         };
         if selection.scenarios().is_empty() {
-            let problem = "faulty: no number of sensors tolerates so many faulty ones; \
-                           at most (n - 1) / 2 of n may be";
+            let problem = "sensors, faulty: no number of sensors tolerates so many faulty \
+                           ones; at most (n - 1) / 2 of n may be";
             return Err(file.invalid(0, problem.to_owned()));
         }
         Ok(selection)
@@ -221,7 +221,7 @@ mod tests {
         assert!(complaint("rates = 'x'").starts_with("x.toml:1: "));
         assert!(
             complaint("faults = ['random']\nsensors = [3]\nfaulty = [2]")
-                .starts_with("x.toml:1: faulty: no number of sensors")
+                .starts_with("x.toml:1: sensors, faulty: no number of sensors")
         );
     }
 

@@ -33,6 +33,12 @@ pub enum JournalError {
         /// What the system said.
         source: io::Error,
     },
+    /// It is a directory, a pipe or a device.
+    #[error("{}: is no regular file; name another file with --csv", path.display())]
+    NoFile {
+        /// What it is called.
+        path: PathBuf,
+    },
     /// Another process is writing it.
     #[error("{}: another campaign is writing it; wait for it or name another file", path.display())]
     Busy {
@@ -62,6 +68,11 @@ impl Journal {
             path: path.to_owned(),
             source,
         };
+        // A pipe would never end, and a device takes no rows back.
+        if std::fs::metadata(path).is_ok_and(|there| !there.is_file()) {
+            let path = path.to_owned();
+            return Err(JournalError::NoFile { path });
+        }
         let mut options = OpenOptions::new();
         let mut file = options
             .read(true)

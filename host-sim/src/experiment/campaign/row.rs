@@ -2,12 +2,13 @@
 
 use super::super::{Estimate, Score, Waits};
 use super::Scenario;
-use super::trial::Trial;
+use super::trial::HealthTrial;
 use serde::Serialize;
 
 /// One method in one scenario, over all worlds.
 ///
-/// A row of the CSV file, in the order of the fields; what is not known is empty there and `null` in
+/// The sensors' health is followed through runs of a length of their own, so it is the same for every
+/// number of sweeps. A row of the CSV file, in the order of the fields; what is not known is empty there and `null` in
 /// JSON. Shares are 0 to 1, and `_ci` is half of a 95 % confidence interval (Student's t).
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Row {
@@ -29,7 +30,7 @@ pub struct Row {
     pub seed: u64,
     /// How many worlds.
     pub worlds: u64,
-    /// Names everything else that the figures hang on.
+    /// Names the program's version and the methods' rules.
     pub setup: String,
     /// Mean absolute error (\[001\] §6.2).
     pub mae: f64,
@@ -112,10 +113,11 @@ impl Row {
         scenario: &Scenario,
         methods: &[&'static str],
         common: &Common,
-        trials: &[Trial],
+        scores: &[Vec<Score>],
+        health: &[HealthTrial],
     ) -> Vec<Self> {
         let measure = |method: usize, part: fn(&Score) -> f64| {
-            let samples = trials.iter().map(|trial| part(&trial.scores[method]));
+            let samples = scores.iter().map(|scores| part(&scores[method]));
             let estimate = Estimate::of(&samples.collect::<Vec<_>>());
             estimate.unwrap_or(Estimate {
                 mean: f64::NAN,
@@ -159,18 +161,17 @@ impl Row {
                 recovered_after: None,
             };
             if method == "robust" {
-                row.add_health(trials);
+                row.add_health(health);
             }
             row
         });
         rows.collect()
     }
 
-    fn add_health(&mut self, trials: &[Trial]) {
-        let watched = trials.iter().filter_map(|trial| trial.health.as_ref());
-        let all = |part: fn(&super::trial::HealthTrial) -> &Waits| -> Waits {
+    fn add_health(&mut self, watched: &[HealthTrial]) {
+        let all = |part: fn(&HealthTrial) -> &Waits| -> Waits {
             watched
-                .clone()
+                .iter()
                 .flat_map(|health| part(health).iter())
                 .collect()
         };

@@ -34,15 +34,6 @@ pub enum TrialError {
     Layout(#[from] LayoutError),
 }
 
-/// What one trial showed.
-#[derive(Debug, Clone)]
-pub(super) struct Trial {
-    /// The score of each method, and last the oracle's.
-    pub(super) scores: Vec<Score>,
-    /// What the robust method learned of the sensors; `None` where it was not asked.
-    pub(super) health: Option<HealthTrial>,
-}
-
 /// How a method's health followed the sensors' condition; waits are counted in turns of the sensor
 /// itself, of which it has several while it chatters.
 #[derive(Debug, Clone, Default)]
@@ -119,29 +110,30 @@ impl Scenario {
         Ok(Oracle::told(&runs?))
     }
 
-    /// Runs the scenario in the world that `seed` names.
-    pub(super) fn trial(
+    /// Returns the score of each method, and last the oracle's, in the world that `seed` names.
+    pub(super) fn scores(
         &self,
         seed: u64,
         methods: &[Method],
         oracle: &Oracle,
         fusion: &FusionRules,
-    ) -> Result<Trial, TrialError> {
+    ) -> Result<Vec<Score>, TrialError> {
         let run = self.map_run(seed, fusion)?;
         let mut scores: Vec<_> = methods
             .iter()
             .map(|&method| run.fuse(method).score)
             .collect();
         scores.push(Score::of(&oracle.fuse(&run), run.reference.cells()));
-        let learns = methods.contains(&Method::Robust);
-        let health = learns
-            .then(|| self.health_trial(seed, fusion))
-            .transpose()?;
-        Ok(Trial { scores, health })
+        Ok(scores)
     }
 
-    /// Follows the health that the robust grid reports while sensors are faulty, and after.
-    fn health_trial(&self, seed: u64, fusion: &FusionRules) -> Result<HealthTrial, TrialError> {
+    /// Follows the health that the robust grid reports while sensors are faulty, and after; for however
+    /// many sweeps the map is made.
+    pub(super) fn health_trial(
+        &self,
+        seed: u64,
+        fusion: &FusionRules,
+    ) -> Result<HealthTrial, TrialError> {
         let steps = HEALTH_SWEEPS * u32::from(DIRECTIONS);
         let healed = Ticks::new(steps * STEP_MS);
         let window = Window::Times {
