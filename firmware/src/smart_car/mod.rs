@@ -1,5 +1,12 @@
 //! The Smart Car of \[001\] §6.1: its grid, its pivoted infrared sensors and their sweep.
 //!
+//! | item | is |
+//! |---|---|
+//! | [`SmartCar`] | the application: drivers, map and records, on any board |
+//! | [`SCHEDULE`] | its round: who does what at which millisecond |
+//! | [`UNITS`] | the calibrations of its three infrared sensors |
+//! | [`look`], [`mounting`], [`SWEEP`] | where they sit and look |
+//!
 //! The papers give the grid and the sensors' range. Where the sensors sit and how finely they sweep
 //! they do not say; the choices here are a model car's.
 
@@ -8,8 +15,23 @@ use certainty_core::transducer::Sweep;
 use certainty_core::units::{BinaryAngle, Millimeters, Point, Pose};
 use fixed::types::U0F16;
 
-/// Pivoted GP2D02s on the car.
-pub const SENSORS: u8 = 3;
+mod application;
+mod head;
+mod round;
+mod wiring;
+
+pub use application::{Misfit, SmartCar};
+pub use round::{SCHEDULE, SLOTS, STATIONS};
+pub use wiring::remote_wiring;
+
+/// Sensors that make the map: the pivoted GP2D02s.
+pub const SENSORS: u8 = HEADS;
+
+/// Pivoted heads on the car, a GP2D02 on each (\[001\] §6.1).
+pub const HEADS: u8 = 3;
+
+/// Fixed ultrasonic rangers that look straight ahead (\[001\] §6.1).
+pub const RANGERS: u8 = 2;
 
 /// Shortest distance a GP2D02 tells.
 pub const NEAREST: Millimeters = Millimeters::new(100);
