@@ -3,6 +3,10 @@
 //! | module | is |
 //! |---|---|
 //! | [`smart_car`] | the case study's robot: its grid, where its sensors sit, how they sweep |
+//! | [`gp2d02`] | driver of a Sharp GP2D02 infrared sensor on two pins |
+//! | [`servo`] | driver of a hobby servo on a PWM channel |
+//! | [`ranger`] | driver of a pulse-echo ultrasonic ranger on two pins |
+//! | [`stopwatch`] | time as the drivers see it |
 //! | [`rehearsal`] | made-up readings through the real fusion level, to compare machines |
 //!
 //! Everything here runs on the microcontroller and, unchanged, in the host's simulator.
@@ -25,5 +29,9 @@
     )
 )]
 
+pub mod gp2d02;
+pub mod ranger;
 pub mod rehearsal;
+pub mod servo;
 pub mod smart_car;
+pub mod stopwatch;
