@@ -42,6 +42,7 @@ pub mod certainty;
 pub mod fusion;
 pub mod health;
 mod narrow;
+pub mod schedule;
 pub mod sensor;
 pub mod transducer;
 pub mod units;

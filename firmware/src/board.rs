@@ -31,7 +31,10 @@ pub trait Board {
 }
 
 /// A pivoted infrared sensor's connections.
-#[derive(Debug)]
+#[expect(
+    missing_debug_implementations,
+    reason = "a board's pins need not be printable"
+)]
 pub struct HeadWires<B: Board> {
     /// Starts it and clocks its bits.
     pub vin: B::Vin,
@@ -42,7 +45,10 @@ pub struct HeadWires<B: Board> {
 }
 
 /// A fixed ultrasonic ranger's connections.
-#[derive(Debug)]
+#[expect(
+    missing_debug_implementations,
+    reason = "a board's pins need not be printable"
+)]
 pub struct RangerWires<B: Board> {
     /// Triggers it.
     pub trigger: B::Trigger,
@@ -51,7 +57,10 @@ pub struct RangerWires<B: Board> {
 }
 
 /// Everything that the application needs of a board.
-#[derive(Debug)]
+#[expect(
+    missing_debug_implementations,
+    reason = "a board's pins need not be printable"
+)]
 pub struct Wiring<B: Board, const HEADS: usize, const RANGERS: usize> {
     /// The pivoted sensors, from right to left.
     pub heads: [HeadWires<B>; HEADS],

@@ -114,11 +114,7 @@ impl<C: Clock, W: Watchdog, const SLOTS: usize, const STATIONS: usize>
     Executive<C, W, SLOTS, STATIONS>
 {
     /// Creates the main loop of a dispatcher of the same schedule.
-    pub const fn new(
-        schedule: &'static Schedule<SLOTS, STATIONS>,
-        clock: C,
-        watchdog: W,
-    ) -> Self {
+    pub const fn new(schedule: &'static Schedule<SLOTS, STATIONS>, clock: C, watchdog: W) -> Self {
         Self {
             schedule,
             clock,

@@ -29,9 +29,14 @@
     )
 )]
 
+pub mod board;
+pub mod digest;
+pub mod executive;
 pub mod gp2d02;
 pub mod ranger;
 pub mod rehearsal;
+pub mod remote;
 pub mod servo;
 pub mod smart_car;
 pub mod stopwatch;
+pub mod telemetry;

@@ -10,8 +10,6 @@ use crate::executive::{Dispatcher, Due};
 use crate::stopwatch::Stopwatch;
 use crate::telemetry::Outbox;
 use certainty_core::units::Ticks;
-use core::cell::RefCell;
-use core::convert::Infallible;
 use core::fmt;
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::{ErrorKind, ErrorType, InputPin, OutputPin};
@@ -336,11 +334,15 @@ impl<L: Link> Watchdog for RemoteWatchdog<'_, L> {
 ///
 /// It is the tick interrupt too: every millisecond that passed, wherever it did, reaches the
 /// dispatcher before the main loop looks at its queue again.
-#[derive(Debug)]
+#[expect(
+    missing_debug_implementations,
+    reason = "a queue's end is not printable"
+)]
 pub struct RemoteClock<'a, 'q, L, const SLOTS: usize, const STATIONS: usize> {
     link: &'a L,
     dispatcher: Dispatcher<SLOTS, STATIONS>,
     queue: Producer<'q, Due>,
+    ticking: bool,
 }
 
 impl<'a, 'q, L: Link, const SLOTS: usize, const STATIONS: usize>
@@ -356,6 +358,7 @@ impl<'a, 'q, L: Link, const SLOTS: usize, const STATIONS: usize>
             link,
             dispatcher,
             queue,
+            ticking: false,
         }
     }
 
@@ -379,7 +382,14 @@ impl<L: Link, const SLOTS: usize, const STATIONS: usize> Clock
     }
 
     fn sleep(&mut self) {
-        if let Ok(tick) = self.link.ask(Request::NextTick) {
+        // The first tick is the one at which the clock stands.
+        let request = if self.ticking {
+            Request::NextTick
+        } else {
+            Request::Tick
+        };
+        if let Ok(tick) = self.link.ask(request) {
+            self.ticking = true;
             self.catch_up(tick);
         }
     }

@@ -5,6 +5,8 @@
 //! | [`world`] | obstacles, and how far it is to the nearest |
 //! | [`transducer`] | simulated sensors, down to the byte of a GP2D02 |
 //! | [`fault`] | faults that wrap any sensor |
+//! | [`bench`] | the car's devices, pin by pin |
+//! | [`backend`] | where the firmware's application runs: here, under QEMU, on an emulated board |
 //! | [`calibration`] | sensors' characteristics, from measured bytes, and what is left of their errors |
 //! | [`replay`] | recordings of real robots |
 //! | [`fusion`] | the core's grids at sizes chosen at run time |
@@ -15,6 +17,8 @@
 //! | [`toml_file`] | files that people write, and complaints with their line |
 //! | [`cli`] | the program `certainty` |
 
+pub mod backend;
+pub mod bench;
 pub mod calibration;
 pub mod cli;
 pub mod experiment;

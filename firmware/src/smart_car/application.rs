@@ -29,7 +29,10 @@ const PARTS: u8 = 8;
 /// Sensors 1 to 3 are the pivoted ones, which make the map; 4 and 5 the fixed rangers, whose readings
 /// are reported and whose silence is noticed. Data flows one way: a driver's answer becomes a reading,
 /// the reading is checked and fused, and what came of it is reported.
-#[derive(Debug)]
+#[expect(
+    missing_debug_implementations,
+    reason = "a board's pins need not be printable"
+)]
 pub struct SmartCar<B: Board> {
     heads: [Head<B>; HEADS as usize],
     rangers: [FixedRanger<B>; RANGERS as usize],
@@ -40,7 +43,6 @@ pub struct SmartCar<B: Board> {
 }
 
 /// A ranger with its record.
-#[derive(Debug)]
 struct FixedRanger<B: Board> {
     driver: Ranger<B::Trigger, B::Echo>,
     reading: Reading,
@@ -204,7 +206,7 @@ impl<B: Board> Application for SmartCar<B> {
             Activity::Measure(sensor) => {
                 let slot = sensor.slot().wrapping_sub(HEADS.into());
                 if let Some(ranger) = self.rangers.get_mut(slot) {
-                    let measured = ranger.driver.measure(&mut self.stopwatch, &mut self.delay);
+                    let measured = ranger.driver.measure(&mut self.delay, &mut self.stopwatch);
                     ranger.reading =
                         measured.unwrap_or_else(|fault| Reading::Missing(fault.reason()));
                 }

@@ -5,24 +5,21 @@ use crate::board::{Board, HeadWires};
 use crate::gp2d02::Gp2d02;
 use crate::servo::Servo;
 use certainty_core::fusion::BeamModel;
-use certainty_core::transducer::{Calibration, Finding, Missing, Reading, Validator};
+use certainty_core::transducer::{Calibration, Missing, Reading};
 use certainty_core::units::{BinaryAngle, Ticks};
 use embedded_hal::delay::DelayNs;
 
 /// One of the car's pivoted sensors in one round after the other: aimed, started, read.
 ///
 /// What goes wrong on the way to a reading is kept, so that the reading says it.
-#[derive(Debug)]
 pub(super) struct Head<B: Board> {
     servo: Servo<B::Pwm>,
     sensor: Gp2d02<B::Vin, B::Vout>,
     calibration: Calibration,
     model: BeamModel,
-    validator: Validator,
     direction: BinaryAngle,
     trouble: Option<Missing>,
     reading: Reading,
-    finding: Finding,
 }
 
 impl<B: Board> Head<B> {
@@ -33,11 +30,9 @@ impl<B: Board> Head<B> {
             sensor: Gp2d02::new(wires.vin, wires.vout),
             calibration: unit.calibration,
             model: beam_model(unit.accuracy),
-            validator: Validator::new(super::VALIDATION),
             direction: BinaryAngle::ZERO,
             trouble: Some(Missing::Late),
             reading: Reading::Missing(Missing::Late),
-            finding: Finding::Missing,
         }
     }
 
@@ -45,7 +40,7 @@ impl<B: Board> Head<B> {
     pub(super) fn aim(&mut self, direction: BinaryAngle) {
         self.direction = direction;
         // A head that may look anywhere says nothing of where it should have looked.
-        self.trouble = self.servo.aim(direction).err().map(|_| Missing::Bus);
+        self.trouble = self.servo.aim(direction).err().map(|error| error.reason());
     }
 
     /// Starts a conversion.
@@ -65,18 +60,14 @@ impl<B: Board> Head<B> {
             Ok(raw) => self.calibration.reading(raw),
             Err(why) => Reading::Missing(why),
         };
-        let validated = self
-            .validator
-            .validate(reading, answer.ok(), self.direction, now);
-        self.reading = validated.reading;
-        self.finding = validated.finding;
+        let _ = now;
+        self.reading = reading;
     }
 
     /// Is told that a slot of its turn was skipped.
     pub(super) fn miss(&mut self) {
         self.trouble = Some(Missing::Late);
         self.reading = Reading::Missing(Missing::Late);
-        self.finding = Finding::Missing;
     }
 
     /// Returns where it looks, as seen from its place on the car.
@@ -87,11 +78,6 @@ impl<B: Board> Head<B> {
     /// Returns the last reading.
     pub(super) const fn reading(&self) -> Reading {
         self.reading
-    }
-
-    /// Returns what the validation found.
-    pub(super) const fn finding(&self) -> Finding {
-        self.finding
     }
 
     /// Returns how the readings are interpreted.

@@ -4,8 +4,9 @@
 //! sensors convert all at once: their heads are a third of a sweep apart, so that none sees another's
 //! light. They are read and fused in the order of their numbers, and the round ends with a report.
 
-use super::{HEADS, RANGER, RANGERS, SERVO, SWEEP};
+use super::{HEADS, RANGERS, SERVO, SWEEP};
 use crate::gp2d02::CONVERSION_US;
+use crate::ranger::MEASURE_US;
 use certainty_core::health::HealthRules;
 use certainty_core::schedule::{
     Activity::{Fuse, Measure, Move, Read, Report, Start},
@@ -21,7 +22,7 @@ pub const SLOTS: usize = 17;
 pub const STATIONS: usize = 5;
 
 /// How long a round takes, in ms.
-pub(super) const PERIOD_MS: u16 = 660;
+pub(super) const PERIOD_MS: u16 = 800;
 
 /// Infrared sensors that measure at the same time look at least this far apart.
 ///
@@ -52,7 +53,7 @@ const fn head(slot: u8) -> Station {
             sweep: SWEEP,
             slot: slot as u16,
             heads: HEADS as u16,
-            settle: SERVO.worst_settling_ms(),
+            settle: whole_ms(SERVO.worst_settling_ms() * 1000),
         },
         measuring: Measuring::Apart {
             conversion: whole_ms(CONVERSION_US),
@@ -65,7 +66,7 @@ const RANGER_STATION: Station = Station {
     signal: Signal::Sound,
     aim: Aim::Fixed(BinaryAngle::ZERO),
     measuring: Measuring::Whole {
-        longest: whole_ms(RANGER.measure_us()),
+        longest: whole_ms(MEASURE_US),
     },
     fades: FADES_MS,
 };
@@ -85,16 +86,16 @@ pub static SCHEDULE: Schedule<SLOTS, STATIONS> = {
             Slot::new(70, 2, Fuse(id(4))),
             Slot::new(150, 60, Measure(id(5))),
             Slot::new(210, 2, Fuse(id(5))),
-            Slot::new(500, 2, Start(id(1))),
-            Slot::new(502, 2, Start(id(2))),
-            Slot::new(504, 2, Start(id(3))),
-            Slot::new(580, 6, Read(id(1))),
-            Slot::new(586, 6, Read(id(2))),
-            Slot::new(592, 6, Read(id(3))),
-            Slot::new(598, 6, Fuse(id(1))),
-            Slot::new(604, 6, Fuse(id(2))),
-            Slot::new(610, 6, Fuse(id(3))),
-            Slot::new(616, 44, Report),
+            Slot::new(630, 2, Start(id(1))),
+            Slot::new(632, 2, Start(id(2))),
+            Slot::new(634, 2, Start(id(3))),
+            Slot::new(710, 6, Read(id(1))),
+            Slot::new(716, 6, Read(id(2))),
+            Slot::new(722, 6, Read(id(3))),
+            Slot::new(728, 6, Fuse(id(1))),
+            Slot::new(734, 6, Fuse(id(2))),
+            Slot::new(740, 6, Fuse(id(3))),
+            Slot::new(746, 54, Report),
         ],
         stations: [head(0), head(1), head(2), RANGER_STATION, RANGER_STATION],
     };

@@ -8,7 +8,7 @@ const MILLISECOND: u64 = 1_000_000;
 
 /// The far end of a remote board: a bench and the virtual time that passes only when it is asked to.
 #[derive(Debug)]
-pub struct Bridge {
+pub(super) struct Bridge {
     bench: Bench,
     now_ns: u64,
     telemetry: Vec<u8>,
@@ -18,7 +18,7 @@ pub struct Bridge {
 impl Bridge {
     /// Creates the far end at time zero.
     #[must_use]
-    pub const fn new(bench: Bench) -> Self {
+    pub(super) const fn new(bench: Bench) -> Self {
         Self {
             bench,
             now_ns: 0,
@@ -32,7 +32,7 @@ impl Bridge {
     /// # Errors
     ///
     /// [`Refused`] where the bench has no such line or servo, or where it is broken.
-    pub fn serve(&mut self, request: Request) -> Result<u32, Refused> {
+    pub(super) fn serve(&mut self, request: Request) -> Result<u32, Refused> {
         match request {
             Request::Drive(line, high) => {
                 let driven = self.bench.set_level(line, high, self.now_ns);
@@ -43,7 +43,7 @@ impl Bridge {
                 level.map(u32::from).map_err(|_| Refused)
             }
             Request::Pulse(servo, micros) => {
-                let set = self.bench.set_pulse(servo, micros, self.now_ns);
+                let set = self.bench.set_pulse(servo, micros.into(), self.now_ns);
                 set.map(|()| 0).map_err(|_| Refused)
             }
             Request::Pass(nanoseconds) => {
@@ -69,18 +69,18 @@ impl Bridge {
     }
 
     /// Takes a frame of telemetry.
-    pub fn report(&mut self, frame: &[u8]) {
+    pub(super) fn report(&mut self, frame: &[u8]) {
         self.telemetry.extend_from_slice(frame);
     }
 
     /// Hands out the telemetry that came since the last time.
-    pub fn take_telemetry(&mut self) -> Vec<u8> {
+    pub(super) fn take_telemetry(&mut self) -> Vec<u8> {
         core::mem::take(&mut self.telemetry)
     }
 
     /// Returns how many bytes of the stack were never used, as the board last said.
     #[must_use]
-    pub const fn unused_stack(&self) -> Option<u32> {
+    pub(super) const fn unused_stack(&self) -> Option<u32> {
         self.unused_stack
     }
 }

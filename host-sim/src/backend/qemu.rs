@@ -22,7 +22,7 @@ const PATIENCE: Duration = Duration::from_secs(30);
 /// # Errors
 ///
 /// [`BackendError`] where QEMU is missing, ends, falls silent, or speaks another language.
-pub fn run(
+pub(super) fn run(
     image: &Image,
     bench: Bench,
     enough: &mut dyn FnMut(&[u8]) -> bool,

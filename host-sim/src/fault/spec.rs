@@ -325,10 +325,7 @@ fn parse_defect(kind: &str, value: Option<&str>) -> Result<Defect, SpecError> {
 fn valueless(defect: Defect, value: Option<&str>) -> Result<Defect, SpecError> {
     match value {
         None => Ok(defect),
-        Some(value) => Err(SpecError::NoValue {
-            kind: defect.kind(),
-            value: Excerpt::new(value),
-        }),
+        Some(value) => Err(SpecError::no_value(defect.kind(), value)),
     }
 }
 
