@@ -3,6 +3,7 @@
 //! | module | is |
 //! |---|---|
 //! | [`smart_car`] | the case study's robot: its grid, where its sensors sit, how they sweep |
+//! | [`telemetry`] | framed reports to whoever listens: map, heads, health, the schedule's statistics |
 //! | [`rehearsal`] | made-up readings through the real fusion level, to compare machines |
 //!
 //! Everything here runs on the microcontroller and, unchanged, in the host's simulator.
@@ -25,5 +26,7 @@
     )
 )]
 
+mod digest;
 pub mod rehearsal;
 pub mod smart_car;
+pub mod telemetry;
