@@ -7,6 +7,11 @@
 //! | [`servo`] | driver of a hobby servo on a PWM channel |
 //! | [`ranger`] | driver of a pulse-echo ultrasonic ranger on two pins |
 //! | [`stopwatch`] | time as the drivers see it |
+//! | [`telemetry`] | framed reports to whoever listens: map, heads, health, the schedule's statistics |
+//! | [`executive`] | the time-triggered main loop: each slot at its tick, or not at all |
+//! | [`board`] | what the application is wired to, as a list of types |
+//! | [`remote`] | a board whose pins, pulses and time are at the far end of a link |
+//! | [`digest`] | a fingerprint of maps and records, to compare machines |
 //! | [`rehearsal`] | made-up readings through the real fusion level, to compare machines |
 //!
 //! Everything here runs on the microcontroller and, unchanged, in the host's simulator.
