@@ -1,7 +1,7 @@
 //! The time-triggered round: what is done when, as checked constant data.
 //!
-//! A round is a list of slots that is worked off again and again. Everything that a wrong list could
-//! do to the readings is refused when the [`Schedule`] is built, which is before the program is if
+//! A round is a list of slots that is worked off again and again. Everything that a wrong list
+//! could do to the readings is refused when the [`Schedule`] is built, which is before the program is if
 //! the schedule is a constant: a head still swings when its sensor looks, a conversion is read too
 //! early, two sensors see each other's light (\[000\] §3), a sensor never has its turn.
 //!
