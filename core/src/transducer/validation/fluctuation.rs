@@ -6,10 +6,10 @@ use crate::transducer::{Calibration, Reading};
 ///
 /// The paper says that the byte of *no object* is hard to tell from a correct measurement, and that
 /// an algorithm predicts the correct interpretation from how measurements fluctuate, which works
-/// for particular units and fails for others; it does not print the algorithm. What is *assumed* here:
-/// with an object in range the byte fluctuates by a count or two, without one by more, because the
-/// unit then triangulates on noise. Whether a unit does so must be measured; one whose silent byte
-/// is constant needs its [`Calibration`] and not this.
+/// for particular units and fails for others; it does not print the algorithm. What is *assumed*
+/// here: with an object in range the byte fluctuates by a count or two, without one by more,
+/// because the unit then triangulates on noise. Whether a unit does so must be measured; one whose
+/// silent byte is constant needs its [`Calibration`] and not this.
 ///
 /// Formula: the spread is the shortest span that holds all bytes but a quarter of them, rounded
 /// down; if it is above the limit there is no object, else there is one at the median of all. So of
