@@ -78,6 +78,23 @@ impl<const SLOTS: usize, const STATIONS: usize> Dispatcher<SLOTS, STATIONS> {
     pub const fn now(&self) -> Ticks {
         self.now
     }
+
+    /// Returns the tick at which the next slot begins: nothing is due before.
+    #[must_use]
+    pub fn next_due(&self) -> Ticks {
+        let starts = |slot: u16| self.schedule.slots().get(usize::from(slot)).map(|s| s.at);
+        let left = match (starts(self.next), starts(0)) {
+            (Some(at), _) => at.saturating_sub(self.in_round),
+            (None, Some(first)) => {
+                let rest = self.schedule.period().saturating_sub(self.in_round);
+                rest.saturating_add(first)
+            }
+            (None, None) => 0, // a schedule has slots
+        };
+        // `in_round` is where the next tick will be.
+        let ticks = u32::from(left).wrapping_add(1);
+        Ticks::new(self.now.get().wrapping_add(ticks))
+    }
 }
 
 /// What the executive knows of its own working.

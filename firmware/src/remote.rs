@@ -39,10 +39,10 @@ pub enum Request {
     Level(Line),
     /// Give this servo pulses of so many microseconds.
     Pulse(u8, u16),
-    /// Let so many nanoseconds pass.
+    /// Let so many nanoseconds pass; not answered.
     Pass(u32),
-    /// Let time pass up to the next whole millisecond; tell which.
-    NextTick,
+    /// Let time pass up to the start of this millisecond, unless it has begun; tell which it is.
+    Until(u32),
     /// Tell the time in whole milliseconds.
     Tick,
     /// Tell the time in microseconds, modulo 2^32.
@@ -75,6 +75,14 @@ pub trait Link {
     /// [`Refused`] where the far end says no.
     fn ask(&self, request: Request) -> Result<u32, Refused>;
 
+    /// Lets time pass, without waiting for an answer.
+    fn pass(&self, nanoseconds: u32);
+
+    /// Returns the far end's time in microseconds, modulo 2^32.
+    ///
+    /// Every answer tells it, and it holds until time is let pass again.
+    fn micros(&self) -> u32;
+
     /// Hands over a frame of telemetry.
     fn report(&self, frame: &[u8]);
 }
@@ -86,8 +94,9 @@ pub mod wire {
     /// Bytes of a request: its kind, its place, its value with the lowest byte first.
     pub const REQUEST: usize = 6;
 
-    /// Bytes of an answer: [`YES`] or [`NO`], and its value with the lowest byte first.
-    pub const ANSWER: usize = 5;
+    /// Bytes of an answer: [`YES`] or [`NO`], its value and the time in microseconds, both with the
+    /// lowest byte first.
+    pub const ANSWER: usize = 9;
 
     /// The request was carried out.
     pub const YES: u8 = b'+';
@@ -96,7 +105,7 @@ pub mod wire {
     pub const NO: u8 = b'-';
 
     /// Instead of a request: so many bytes of telemetry follow, which are not answered.
-    pub const REPORT: u8 = b'T';
+    pub const REPORT: u8 = b'#';
 
     /// The kind of [`Request::Feed`], with which a round ends.
     pub const FEED: u8 = b'F';
@@ -126,7 +135,7 @@ pub mod wire {
             }
             Request::Pulse(servo, micros) => (b'P', servo, u32::from(micros)),
             Request::Pass(nanoseconds) => (b'D', 0, nanoseconds),
-            Request::NextTick => (b'N', 0, 0),
+            Request::Until(tick) => (b'N', 0, tick),
             Request::Tick => (b'n', 0, 0),
             Request::Micros => (b'u', 0, 0),
             Request::Feed => (FEED, 0, 0),
@@ -150,7 +159,7 @@ pub mod wire {
         Some(match kind {
             b'P' => Request::Pulse(place, u16::try_from(value).ok()?),
             b'D' => Request::Pass(value),
-            b'N' => Request::NextTick,
+            b'N' => Request::Until(value),
             b'n' => Request::Tick,
             b'u' => Request::Micros,
             FEED => Request::Feed,
@@ -162,26 +171,26 @@ pub mod wire {
 
     /// Returns the bytes of an answer.
     #[must_use]
-    pub fn answer(answer: Result<u32, super::Refused>) -> [u8; ANSWER] {
+    pub fn answer(answer: Result<u32, super::Refused>, micros: u32) -> [u8; ANSWER] {
         let (kind, value) = match answer {
             Ok(value) => (YES, value),
             Err(super::Refused) => (NO, 0),
         };
         let [a, b, c, d] = value.to_le_bytes();
-        [kind, a, b, c, d]
+        let [e, f, g, h] = micros.to_le_bytes();
+        [kind, a, b, c, d, e, f, g, h]
     }
 
-    /// Returns the answer that these bytes are; what is none is a refusal.
-    ///
-    /// # Errors
-    ///
-    /// [`super::Refused`] as the far end says, or where the bytes are no answer.
-    pub const fn answered([kind, a, b, c, d]: [u8; ANSWER]) -> Result<u32, super::Refused> {
-        if kind == YES {
+    /// Returns the answer that these bytes are, and the time; what is no answer is a refusal.
+    #[must_use]
+    pub const fn answered(bytes: [u8; ANSWER]) -> (Result<u32, super::Refused>, u32) {
+        let [kind, a, b, c, d, e, f, g, h] = bytes;
+        let answer = if kind == YES {
             Ok(u32::from_le_bytes([a, b, c, d]))
         } else {
             Err(super::Refused)
-        }
+        };
+        (answer, u32::from_le_bytes([e, f, g, h]))
     }
 }
 
@@ -279,14 +288,13 @@ impl<'a, L> RemoteTime<'a, L> {
 
 impl<L: Link> DelayNs for RemoteTime<'_, L> {
     fn delay_ns(&mut self, ns: u32) {
-        // A refusal lets no time pass: whoever waits for something has counted its waits.
-        let _refused = self.link.ask(Request::Pass(ns));
+        self.link.pass(ns);
     }
 }
 
 impl<L: Link> Stopwatch for RemoteTime<'_, L> {
     fn micros(&mut self) -> u32 {
-        self.link.ask(Request::Micros).unwrap_or_default()
+        self.link.micros()
     }
 }
 
@@ -342,7 +350,6 @@ pub struct RemoteClock<'a, 'q, L, const SLOTS: usize, const STATIONS: usize> {
     link: &'a L,
     dispatcher: Dispatcher<SLOTS, STATIONS>,
     queue: Producer<'q, Due>,
-    ticking: bool,
 }
 
 impl<'a, 'q, L: Link, const SLOTS: usize, const STATIONS: usize>
@@ -358,7 +365,6 @@ impl<'a, 'q, L: Link, const SLOTS: usize, const STATIONS: usize>
             link,
             dispatcher,
             queue,
-            ticking: false,
         }
     }
 
@@ -382,14 +388,9 @@ impl<L: Link, const SLOTS: usize, const STATIONS: usize> Clock
     }
 
     fn sleep(&mut self) {
-        // The first tick is the one at which the clock stands.
-        let request = if self.ticking {
-            Request::NextTick
-        } else {
-            Request::Tick
-        };
-        if let Ok(tick) = self.link.ask(request) {
-            self.ticking = true;
+        // Nothing is due before the next slot, so that nobody minds a longer sleep.
+        let until = Request::Until(self.dispatcher.next_due().get());
+        if let Ok(tick) = self.link.ask(until) {
             self.catch_up(tick);
         }
     }

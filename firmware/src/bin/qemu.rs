@@ -9,11 +9,16 @@ use certainty_firmware::board::Watchdog;
 use certainty_firmware::executive::{Dispatcher, DueQueue, Executive};
 use certainty_firmware::remote::{Link, Refused, RemoteClock, RemoteWatchdog, Request, wire};
 use certainty_firmware::smart_car::{SCHEDULE, SmartCar, remote_wiring};
+use core::cell::Cell;
 use cortex_m as _; // the critical section
 use stm32f1xx_hal::pac::{Peripherals, RCC, USART1};
 
 /// USART1 of the emulated chip; its bytes are the far end's.
-struct Usart(USART1);
+struct Usart {
+    port: USART1,
+    /// The time as the last answer told it; `None` once time was let pass since.
+    micros: Cell<Option<u32>>,
+}
 
 impl Usart {
     /// QEMU passes bytes at once, so that the rate does not matter.
@@ -22,21 +27,24 @@ impl Usart {
         usart
             .cr1()
             .write(|w| w.ue().enabled().te().enabled().re().enabled());
-        Self(usart)
+        Self {
+            port: usart,
+            micros: Cell::new(None),
+        }
     }
 
     /// The far end takes what is sent: QEMU is never full.
     fn write(&self, bytes: &[u8]) {
         for &byte in bytes {
-            while self.0.sr().read().txe().bit_is_clear() {}
-            self.0.dr().write(|w| w.dr().set(byte.into()));
+            while self.port.sr().read().txe().bit_is_clear() {}
+            self.port.dr().write(|w| w.dr().set(byte.into()));
         }
     }
 
     /// Waits for the far end, which ends the emulator when it has seen enough.
     fn read(&self) -> u8 {
-        while self.0.sr().read().rxne().bit_is_clear() {}
-        self.0.dr().read().dr().bits().to_le_bytes()[0]
+        while self.port.sr().read().rxne().bit_is_clear() {}
+        self.port.dr().read().dr().bits().to_le_bytes()[0]
     }
 }
 
@@ -47,7 +55,21 @@ impl Link for Usart {
         for byte in &mut answer {
             *byte = self.read();
         }
-        wire::answered(answer)
+        let (answer, micros) = wire::answered(answer);
+        self.micros.set(Some(micros));
+        answer
+    }
+
+    fn pass(&self, nanoseconds: u32) {
+        self.micros.set(None);
+        self.write(&wire::encode(Request::Pass(nanoseconds)));
+    }
+
+    fn micros(&self) -> u32 {
+        if self.micros.get().is_none() {
+            let _told = self.ask(Request::Micros);
+        }
+        self.micros.get().unwrap_or_default()
     }
 
     fn report(&self, frame: &[u8]) {
@@ -75,7 +97,8 @@ impl Watchdog for StackWatch<'_> {
 fn main() -> ! {
     if let Some(chip) = Peripherals::take() {
         let link = Usart::new(chip.USART1, &chip.RCC);
-        if let Ok(mut car) = SmartCar::try_new(remote_wiring(&link)) {
+        // By reference, or the stack would hold the car twice.
+        if let Ok(car) = &mut SmartCar::try_new(remote_wiring(&link)) {
             let mut queue = DueQueue::new();
             let (producer, mut consumer) = queue.split();
             let clock = RemoteClock::new(&link, Dispatcher::new(&SCHEDULE), producer);
@@ -85,7 +108,7 @@ fn main() -> ! {
             };
             let mut executive = Executive::new(&SCHEDULE, clock, watchdog);
             loop {
-                executive.step(&mut consumer, &mut car);
+                executive.step(&mut consumer, car);
             }
         }
     }

@@ -50,18 +50,27 @@ impl Bridge {
                 self.now_ns += u64::from(nanoseconds);
                 Ok(0)
             }
-            Request::NextTick => {
-                self.now_ns = (self.now_ns / MILLISECOND + 1) * MILLISECOND;
+            Request::Until(tick) => {
+                // Ticks wrap; one in the past has begun.
+                let ahead = tick.wrapping_sub(self.tick());
+                if (1..1 << 31).contains(&ahead) {
+                    self.now_ns = (self.now_ns / MILLISECOND + u64::from(ahead)) * MILLISECOND;
+                }
                 Ok(self.tick())
             }
             Request::Tick => Ok(self.tick()),
-            Request::Micros => Ok((self.now_ns / 1000) as u32),
+            Request::Micros => Ok(self.micros()),
             Request::Feed => Ok(0),
             Request::Unused(bytes) => {
                 self.unused_stack = Some(bytes);
                 Ok(0)
             }
         }
+    }
+
+    /// Returns the time in microseconds, modulo 2^32.
+    pub(super) const fn micros(&self) -> u32 {
+        (self.now_ns / 1000) as u32
     }
 
     const fn tick(&self) -> u32 {

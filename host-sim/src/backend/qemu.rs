@@ -4,7 +4,7 @@ use super::bridge::Bridge;
 use super::image::Image;
 use super::{BackendError, Ran};
 use crate::bench::Bench;
-use certainty_firmware::remote::wire;
+use certainty_firmware::remote::{Request, wire};
 use core::time::Duration;
 use std::io::{self, Read, Write};
 use std::process::{Child, ChildStdin, Command, Stdio};
@@ -43,7 +43,10 @@ pub(super) fn run(
             let mut request = [kind, 0, 0, 0, 0, 0];
             request[1..].copy_from_slice(&emulator.read::<{ wire::REQUEST - 1 }>()?);
             let request = wire::decode(request).ok_or(BackendError::Language)?;
-            emulator.write(&wire::answer(bridge.serve(request)))?;
+            let answer = bridge.serve(request);
+            if !matches!(request, Request::Pass(_)) {
+                emulator.write(&wire::answer(answer, bridge.micros()))?;
+            }
         }
         let telemetry = bridge.take_telemetry();
         told_enough |= !telemetry.is_empty() && enough(&telemetry);
