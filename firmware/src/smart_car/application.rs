@@ -74,6 +74,8 @@ impl<B: Board> SmartCar<B> {
     /// # Errors
     ///
     /// [`Misfit`], which would be a defect here: nothing depends on the outside.
+    // Not inlined: its temporaries would stay on the stack of whoever runs the car for ever.
+    #[inline(never)]
     pub fn try_new(
         wiring: Wiring<B, { HEADS as usize }, { RANGERS as usize }>,
     ) -> Result<Self, Misfit> {
