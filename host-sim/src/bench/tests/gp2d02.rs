@@ -3,7 +3,7 @@ use crate::bench::{Gp2d02Line, LineFault, MICROSECOND, MILLISECOND};
 use certainty_core::transducer::Missing;
 use certainty_firmware::gp2d02::{CONVERSION_US, Fault, Gp2d02, MEASURE_US, READ_US, START_US};
 use certainty_firmware::stopwatch::OPERATION_US;
-use std::cell::RefCell;
+use core::cell::RefCell;
 use std::rc::Rc;
 
 /// A driver, its sensor, and the clock of both.

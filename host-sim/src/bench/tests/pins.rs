@@ -1,9 +1,9 @@
 //! The devices behind embedded-hal: pins that share a device, and a clock that a delay advances.
 
+use core::cell::{Cell, RefCell};
 use core::convert::Infallible;
 use embedded_hal::delay::DelayNs;
 use embedded_hal::{digital, pwm};
-use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
 use certainty_firmware::servo::{Servo, ServoModel};

@@ -4,7 +4,7 @@ use certainty_core::transducer::Reading;
 use certainty_core::units::Millimeters;
 use certainty_firmware::ranger::{Fault, MEASURE_US, Ranger, RangerLimits};
 use certainty_firmware::stopwatch::OPERATION_US;
-use std::cell::RefCell;
+use core::cell::RefCell;
 use std::rc::Rc;
 
 struct Setup {
