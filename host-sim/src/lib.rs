@@ -4,8 +4,8 @@
 //! |---|---|
 //! | [`world`] | obstacles, and how far it is to the nearest |
 //! | [`transducer`] | simulated sensors, down to the byte of a GP2D02 |
+//! | [`bench`](mod@bench) | the same pin by pin, for the shipped drivers: GP2D02s, servos, rangers and what is wrong with their wires |
 //! | [`fault`] | faults that wrap any sensor |
-//! | [`bench`] | the car's devices, pin by pin |
 //! | [`backend`] | where the firmware's application runs: here, under QEMU, on an emulated board |
 //! | [`calibration`] | sensors' characteristics, from measured bytes, and what is left of their errors |
 //! | [`replay`] | recordings of real robots |

@@ -190,12 +190,19 @@ impl ServoModel {
         if distance == 0 {
             return 0;
         }
-        // A quarter turn is 3/2 of 60°: 2^16 · 10 000 · 3 is below 2^31.
+        // A quarter turn is 3/2 of 60°: 2^16 · 10 000 · 3 is below 2^31, and so are the rest.
         let travel = distance
             .wrapping_mul(self.config.sixth_ms as u32)
             .wrapping_mul(3);
-        let quarter = self.config.quarter_us.unsigned_abs() as u32;
-        let travel = travel.div_ceil(quarter.wrapping_mul(2));
+        let double = (self.config.quarter_us.unsigned_abs() as u32).wrapping_mul(2);
+        let travel = match travel
+            .wrapping_add(double)
+            .wrapping_sub(1)
+            .checked_div(double)
+        {
+            Some(ms) => ms,
+            None => 0, // no quarter turn is zero
+        };
         travel.wrapping_add((self.config.period_us as u32).div_ceil(1_000))
     }
 }

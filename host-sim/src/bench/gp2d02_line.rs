@@ -8,6 +8,10 @@ use super::{LineFault, MICROSECOND, MILLISECOND};
 /// high half of under 50 µs is not seen, and nothing but 2 ms of high Vin brings it back to idle,
 /// from wherever it is.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[expect(
+    missing_copy_implementations,
+    reason = "a copy would be another device"
+)]
 pub struct Gp2d02Line {
     /// What the sensor was doing at the last edge of Vin.
     state: State,

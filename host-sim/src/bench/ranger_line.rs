@@ -19,6 +19,10 @@ pub enum RangerAnswer {
 /// A pulse on Trigger answers with one on Echo, of 58 µs a centimetre or, where nothing came back,
 /// of [`NO_OBJECT_NS`](Self::NO_OBJECT_NS). Triggers meanwhile go unheard.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[expect(
+    missing_copy_implementations,
+    reason = "a copy would be another device"
+)]
 pub struct RangerLine {
     trigger: bool,
     /// When Trigger last rose.

@@ -9,6 +9,10 @@ use certainty_firmware::servo::ServoConfig;
 /// It obeys each pulse at once and stops at the ends of its range, which are those of its shortest
 /// and longest pulse.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[expect(
+    missing_copy_implementations,
+    reason = "a copy would be another device"
+)]
 pub struct ServoShaft {
     config: ServoConfig,
     /// Where it was when it was last told something, in 2^-32 of a turn.
