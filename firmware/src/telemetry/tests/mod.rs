@@ -235,7 +235,7 @@ fn reports() -> impl Strategy<Value = Report> {
                 reading,
             })
         }),
-        (sensors(), status, any::<u16>(), counts.clone()).prop_map(
+        (sensors(), status, any::<u16>(), counts).prop_map(
             |(sensor, status, confidence, [readings, missing, confirmations, contradictions])| {
                 Report::Health(SensorHealth {
                     sensor,
