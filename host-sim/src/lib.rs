@@ -11,6 +11,7 @@
 //! | [`replay`] | recordings of real robots |
 //! | [`fusion`] | the core's grids at sizes chosen at run time |
 //! | [`experiment`] | the Smart Car in a world, scored against perfect sensors |
+//! | [`monitor`] | a board's telemetry, heard live or from a file |
 //! | [`export`] | pictures and maps for other programs |
 //! | [`plot`] | charts as PNG and SVG |
 //! | [`quantity`] | lengths, angles and times with their units |
@@ -25,6 +26,7 @@ pub mod experiment;
 pub mod export;
 pub mod fault;
 pub mod fusion;
+pub mod monitor;
 pub mod plot;
 pub mod quantity;
 pub mod replay;

@@ -90,8 +90,13 @@ impl Image {
 /// Where this build's images are: beside the folder that the program itself is in.
 fn built(name: &str) -> PathBuf {
     let program = env::current_exe().unwrap_or_default();
-    let results = program.ancestors().find(|folder| folder.join(BUILT).is_dir());
-    results.unwrap_or(Path::new("target")).join(BUILT).join(name)
+    let results = program
+        .ancestors()
+        .find(|folder| folder.join(BUILT).is_dir());
+    results
+        .unwrap_or(Path::new("target"))
+        .join(BUILT)
+        .join(name)
 }
 
 /// Sums up the sections that are loaded: initialised variables are in both memories.

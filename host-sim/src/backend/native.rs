@@ -35,7 +35,10 @@ impl Link for Direct {
 /// # Errors
 ///
 /// [`BackendError::Refused`] where the application does not fit its parts, which would be a defect.
-pub(super) fn run(bench: Bench, enough: &mut dyn FnMut(&[u8]) -> bool) -> Result<Ran, BackendError> {
+pub(super) fn run(
+    bench: Bench,
+    enough: &mut dyn FnMut(&[u8]) -> bool,
+) -> Result<Ran, BackendError> {
     let link = Direct(RefCell::new(Bridge::new(bench)));
     let mut car = SmartCar::try_new(remote_wiring(&link)).map_err(|_| BackendError::Refused)?;
     let mut queue = DueQueue::new();

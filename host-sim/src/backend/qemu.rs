@@ -92,7 +92,10 @@ impl Emulator {
         thread::spawn(move || {
             let mut bytes = [0; 4096];
             while let Ok(count @ 1..) = output.read(&mut bytes) {
-                if bytes[..count].iter().any(|&byte| sender.send(byte).is_err()) {
+                if bytes[..count]
+                    .iter()
+                    .any(|&byte| sender.send(byte).is_err())
+                {
                     return;
                 }
             }

@@ -143,7 +143,9 @@ impl Received {
     pub fn grid_hash(&self) -> Option<u32> {
         let (_, cells) = self.map()?;
         let mut digest = Digest::NEW;
-        cells.iter().for_each(|cell| digest.bytes(&[cell.to_bits()]));
+        cells
+            .iter()
+            .for_each(|cell| digest.bytes(&[cell.to_bits()]));
         Some(digest.value())
     }
 }

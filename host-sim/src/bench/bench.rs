@@ -1,9 +1,7 @@
 //! The Smart Car's devices on one bench: what is on the other side of the board's pins.
 
 use super::fault::{BenchFault, WireFault};
-use super::{
-    Gp2d02Line, LineFault, MILLISECOND, RangerAnswer, RangerLine, ServoShaft,
-};
+use super::{Gp2d02Line, LineFault, MILLISECOND, RangerAnswer, RangerLine, ServoShaft};
 use crate::experiment::Crew;
 use crate::fault::{Defect, FaultSpec, Faulty, SpecError, Window, assign};
 use crate::transducer::{Gp2d02Unit, Look, Sensor, SimulatedGp2d02};
@@ -225,7 +223,9 @@ impl Bench {
     ///
     /// A board does what the schedule says some microseconds after its tick; each a little different.
     fn instant(&self, now_ns: u64) -> Instant {
-        let since = self.epoch_ns.map_or(0, |epoch| now_ns.saturating_sub(epoch));
+        let since = self
+            .epoch_ns
+            .map_or(0, |epoch| now_ns.saturating_sub(epoch));
         let ms = (since + MILLISECOND / 2) / MILLISECOND;
         Instant {
             at: Ticks::new(ms as u32),
@@ -243,7 +243,9 @@ struct Instant {
 
 /// The line fault among `wires` that is there at `instant`: the first one written.
 fn line_fault(wires: &[(WireFault, Window)], instant: Instant) -> Option<LineFault> {
-    let there = wires.iter().filter(|(_, window)| window.contains(instant.round, instant.at));
+    let there = wires
+        .iter()
+        .filter(|(_, window)| window.contains(instant.round, instant.at));
     there
         .filter_map(|&(fault, _)| match fault {
             WireFault::Line(fault) => Some(fault),

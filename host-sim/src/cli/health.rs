@@ -1,7 +1,8 @@
 //! A sensor's health as reports show it.
 
 use crate::fusion::Method;
-use certainty_core::health::Health;
+use certainty_core::health::{Confidence, Health};
+use certainty_firmware::telemetry::SensorHealth;
 use serde::Serialize;
 
 /// A sensor's health in JSON; part of every sensor's entry.
@@ -18,13 +19,30 @@ pub(super) struct HealthReport {
 impl From<&Health> for HealthReport {
     fn from(health: &Health) -> Self {
         Self {
-            confidence: f64::from(health.confidence().to_bits()) / f64::from(u16::MAX),
+            confidence: share(health.confidence()),
             confirmations: health.confirmations(),
             contradictions: health.contradictions(),
             missing: health.missing(),
             status: health.status().to_string(),
         }
     }
+}
+
+impl From<&SensorHealth> for HealthReport {
+    fn from(health: &SensorHealth) -> Self {
+        Self {
+            confidence: share(health.confidence),
+            confirmations: health.confirmations,
+            contradictions: health.contradictions,
+            missing: health.missing,
+            status: health.status.to_string(),
+        }
+    }
+}
+
+/// A confidence from 0 to 1.
+fn share(confidence: Confidence) -> f64 {
+    f64::from(confidence.to_bits()) / f64::from(u16::MAX)
 }
 
 impl HealthReport {

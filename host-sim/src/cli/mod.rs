@@ -9,6 +9,7 @@ mod compare;
 mod failure;
 mod health;
 mod jobs;
+mod monitor;
 mod output;
 mod overview;
 mod panels;
@@ -56,6 +57,8 @@ enum Command {
     Table2(table2::Arguments),
     /// Measured bytes of infrared sensors: their characteristics, and the errors that are left
     Calibrate(calibrate::Arguments),
+    /// A board's telemetry, live: its map, where its sensors look, their health, and what was lost
+    Monitor(monitor::Arguments),
 }
 
 /// A map's cells with the frame that its grid gives them.
@@ -79,6 +82,7 @@ pub fn main() -> ExitCode {
             Command::Recovery(arguments) => recovery::run(&arguments),
             Command::Table2(arguments) => table2::run(&arguments),
             Command::Calibrate(arguments) => calibrate::run(&arguments),
+            Command::Monitor(arguments) => monitor::run(&arguments),
         },
         Err(error) => failure::usage(&error),
     };

@@ -9,13 +9,18 @@ use std::path::{Path, PathBuf};
 ///
 /// A reader that went away (`certainty | head`) has seen what it wanted: that is no failure.
 pub(super) fn print(text: &str) -> Result<(), Failure> {
+    offer(text).map(|_read| ())
+}
+
+/// Writes to stdout; returns whether anyone is still reading.
+pub(super) fn offer(text: &str) -> Result<bool, Failure> {
     let mut stdout = std::io::stdout().lock();
     match stdout
         .write_all(text.as_bytes())
         .and_then(|()| stdout.flush())
     {
-        Ok(()) => Ok(()),
-        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
+        Ok(()) => Ok(true),
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(false),
         Err(error) => Err(Failure::Input(format!("stdout: cannot write: {error}"))),
     }
 }

@@ -183,14 +183,12 @@ fn reference(world: &Arc<World>, rounds: u32) -> Reference {
         })
     });
     let perfect = PerfectSensor::new(Arc::clone(world), NEAREST, FARTHEST);
-    let geometry = certainty_core::fusion::Shape::geometry(&certainty_firmware::smart_car::SmartCarShape);
+    let geometry =
+        certainty_core::fusion::Shape::geometry(&certainty_firmware::smart_car::SmartCarShape);
     Reference::new(geometry, &Profile::default().model(0.0), perfect, looks)
 }
 
-fn draw(
-    map: Option<&(Geometry, Vec<Certainty>)>,
-    out: &OutDir,
-) -> Result<Vec<PathBuf>, Failure> {
+fn draw(map: Option<&(Geometry, Vec<Certainty>)>, out: &OutDir) -> Result<Vec<PathBuf>, Failure> {
     const ZOOM: NonZeroU32 = NonZeroU32::new(24).unwrap();
     let Some((geometry, cells)) = map else {
         return Ok(Vec::new());

@@ -10,7 +10,7 @@ use certainty_core::certainty::Certainty;
 use certainty_core::fusion::{Cell, CertaintyGrid, Environment, Geometry, Measurement, Shape};
 use certainty_core::health::{Confidence, Health, Status};
 use certainty_core::sensor::SensorId;
-use certainty_core::transducer::{Missing, Reading};
+use certainty_core::transducer::{Finding, Missing, Reading};
 use certainty_core::units::{BinaryAngle, Millimeters, Point, Pose, Ticks};
 use proptest::prelude::*;
 
@@ -175,7 +175,12 @@ fn readings() -> impl Strategy<Value = Reading> {
         Just(Reading::Missing(Missing::Timeout)),
         Just(Reading::Missing(Missing::Bus)),
         Just(Reading::Missing(Missing::Implausible)),
+        Just(Reading::Missing(Missing::Late)),
     ]
+}
+
+fn findings() -> impl Strategy<Value = Finding> {
+    prop::sample::select(&Finding::ALL[..])
 }
 
 fn sensors() -> impl Strategy<Value = SensorId> {
@@ -228,14 +233,17 @@ fn reports() -> impl Strategy<Value = Report> {
             let heading = BinaryAngle::from_bits(heading);
             Report::Pose(Pose::new(Point::from_mm(x, y), heading))
         }),
-        (sensors(), any::<u16>(), readings()).prop_map(|(sensor, direction, reading)| {
-            Report::Head(Head {
-                sensor,
-                direction: BinaryAngle::from_bits(direction),
-                reading,
-            })
-        }),
-        (sensors(), status, any::<u16>(), counts.clone()).prop_map(
+        (sensors(), any::<u16>(), readings(), findings()).prop_map(
+            |(sensor, direction, reading, finding)| {
+                Report::Head(Head {
+                    sensor,
+                    direction: BinaryAngle::from_bits(direction),
+                    reading,
+                    finding,
+                })
+            }
+        ),
+        (sensors(), status, any::<u16>(), counts).prop_map(
             |(sensor, status, confidence, [readings, missing, confirmations, contradictions])| {
                 Report::Health(SensorHealth {
                     sensor,

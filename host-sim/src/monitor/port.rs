@@ -1,0 +1,280 @@
+//! Where telemetry comes from.
+
+use crate::export::shown;
+use core::fmt;
+use core::time::Duration;
+use std::ffi::{OsStr, OsString};
+use std::fs::{File, Metadata};
+use std::io::{self, ErrorKind, IsTerminal, Read};
+use std::net::{TcpStream, ToSocketAddrs};
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::thread;
+
+/// How long to wait for a TCP connection.
+const CONNECTION: Duration = Duration::from_secs(5);
+
+/// How long a serial port may be silent before it is asked again.
+const SILENCE: Duration = Duration::from_secs(1);
+
+/// A serial port, a file, a pipe, standard input or a TCP address.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Port {
+    /// Standard input: `-`.
+    Stdin,
+    /// A host and a port: `tcp:HOST:PORT`.
+    Tcp(String),
+    /// Anything with a name in the file system; what it is shows when it is opened.
+    Path(PathBuf),
+}
+
+/// Why a port cannot be opened or read; each reads as one line that says what to do.
+#[derive(Debug, thiserror::Error)]
+pub enum PortError {
+    /// It cannot be opened.
+    #[error("{}: cannot be opened ({source}); check its name and permissions", shown(.path))]
+    Open {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// It is a directory.
+    #[error("{}: is a directory; name a serial port, a file or a pipe", shown(.path))]
+    Directory {
+        /// The directory.
+        path: PathBuf,
+    },
+    /// It is a serial port that cannot be set up.
+    #[error("{}: is no usable serial port ({source}); check that nothing else has it open, and --baud", shown(.path))]
+    Serial {
+        /// The device.
+        path: PathBuf,
+        /// What the system said.
+        source: serialport::Error,
+    },
+    /// Nobody answers at the address, or it is none.
+    #[error("tcp:{}: cannot connect ({source}); check that the sender runs, and write tcp:HOST:PORT", .address.escape_debug())]
+    Connect {
+        /// The address.
+        address: String,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// Reading failed before anything was read.
+    #[error("{port}: reading failed ({source}); check the connection and try again")]
+    Read {
+        /// The port.
+        port: String,
+        /// What the system said.
+        source: io::Error,
+    },
+}
+
+/// What comes from a port.
+#[derive(Debug)]
+pub enum Arrival {
+    /// Bytes.
+    Bytes(Vec<u8>),
+    /// The end: nothing more will come, and why if it is not the end of the input.
+    End(Option<io::Error>),
+}
+
+impl From<OsString> for Port {
+    fn from(name: OsString) -> Self {
+        if name == OsStr::new("-") {
+            return Self::Stdin;
+        }
+        match name.to_str().and_then(|name| name.strip_prefix("tcp:")) {
+            Some(address) => Self::Tcp(address.to_owned()),
+            None => Self::Path(name.into()),
+        }
+    }
+}
+
+impl fmt::Display for Port {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Stdin => f.write_str("stdin"),
+            Self::Tcp(address) => write!(f, "tcp:{}", address.escape_debug()),
+            Self::Path(path) => f.write_str(&shown(path)),
+        }
+    }
+}
+
+impl Port {
+    /// Opens the port; a serial one at `baud`, 8 bits, no parity, one stop bit.
+    ///
+    /// # Errors
+    /// [`PortError`] says what cannot be opened and why.
+    pub fn open(&self, baud: u32) -> Result<Box<dyn Read + Send>, PortError> {
+        match self {
+            Self::Stdin => Ok(Box::new(io::stdin())),
+            Self::Tcp(address) => match connected(address) {
+                Ok(stream) => Ok(Box::new(stream)),
+                Err(source) => Err(PortError::Connect {
+                    address: address.clone(),
+                    source,
+                }),
+            },
+            Self::Path(path) => opened(path, baud),
+        }
+    }
+
+    /// Opens the port and reads it on a thread of its own, so that a silent sender blocks nobody.
+    ///
+    /// The thread ends with the input, or at the next byte after the receiver is gone.
+    ///
+    /// # Errors
+    /// As [`Self::open`].
+    pub fn listen(&self, baud: u32) -> Result<Receiver<Arrival>, PortError> {
+        // So many that a file is not slowed, so few that a fast one does not fill the memory.
+        const WAITING: usize = 16;
+        let mut source = self.open(baud)?;
+        let (sender, receiver) = sync_channel(WAITING);
+        thread::spawn(move || pump(&mut *source, &sender));
+        Ok(receiver)
+    }
+}
+
+/// Hands on what `source` gives until it ends or nobody listens.
+fn pump(source: &mut dyn Read, sender: &SyncSender<Arrival>) {
+    let mut buffer = vec![0; 1 << 16];
+    loop {
+        let arrival = match source.read(&mut buffer) {
+            Ok(0) => Arrival::End(None),
+            Ok(count) => Arrival::Bytes(buffer[..count].to_vec()),
+            Err(error) if is_silence(&error) => continue,
+            Err(error) => Arrival::End(Some(error)),
+        };
+        let last = matches!(arrival, Arrival::End(_));
+        if sender.send(arrival).is_err() || last {
+            return;
+        }
+    }
+}
+
+/// Whether nothing came, but may still come.
+fn is_silence(error: &io::Error) -> bool {
+    matches!(
+        error.kind(),
+        ErrorKind::TimedOut | ErrorKind::Interrupted | ErrorKind::WouldBlock
+    )
+}
+
+fn connected(address: &str) -> io::Result<TcpStream> {
+    let mut failed = io::Error::new(ErrorKind::NotFound, "no such host");
+    for address in address.to_socket_addrs()? {
+        match TcpStream::connect_timeout(&address, CONNECTION) {
+            Ok(stream) => return Ok(stream),
+            Err(error) => failed = error,
+        }
+    }
+    Err(failed)
+}
+
+fn opened(path: &Path, baud: u32) -> Result<Box<dyn Read + Send>, PortError> {
+    let failed = |source| PortError::Open {
+        path: path.into(),
+        source,
+    };
+    let metadata = path.metadata();
+    if metadata.as_ref().is_ok_and(Metadata::is_dir) {
+        return Err(PortError::Directory { path: path.into() });
+    }
+    if !may_be_serial(metadata.as_ref()) {
+        return Ok(Box::new(File::open(path).map_err(failed)?));
+    }
+    let name = path.to_str().ok_or_else(|| {
+        failed(io::Error::new(
+            ErrorKind::InvalidInput,
+            "the name is not text",
+        ))
+    })?;
+    match serialport::new(name, baud).timeout(SILENCE).open() {
+        Ok(port) => Ok(Box::new(port)),
+        Err(error) => {
+            // Other devices, such as /dev/null, are read as files.
+            let file = File::open(path).map_err(failed)?;
+            if file.is_terminal() {
+                let path = path.into();
+                return Err(PortError::Serial {
+                    path,
+                    source: error,
+                });
+            }
+            Ok(Box::new(file))
+        }
+    }
+}
+
+/// Whether to try a path as a serial port: on Unix a character device, and never a pipe, whose
+/// writer would see it opened and closed.
+#[cfg(unix)]
+fn may_be_serial(metadata: Result<&Metadata, &io::Error>) -> bool {
+    use std::os::unix::fs::FileTypeExt;
+    metadata.is_ok_and(|metadata| metadata.file_type().is_char_device())
+}
+
+/// Whether to try a path as a serial port: elsewhere one that is no file, such as `COM3`.
+#[cfg(not(unix))]
+fn may_be_serial(metadata: Result<&Metadata, &io::Error>) -> bool {
+    !metadata.is_ok_and(Metadata::is_file)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Write;
+    use std::net::TcpListener;
+
+    /// Everything that a port gives.
+    fn all(arrivals: &Receiver<Arrival>, count: usize) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        while bytes.len() < count {
+            match arrivals.recv_timeout(Duration::from_secs(10)).unwrap() {
+                Arrival::Bytes(more) => bytes.extend(more),
+                Arrival::End(why) => panic!("ended after {}: {why:?}", bytes.len()),
+            }
+        }
+        bytes
+    }
+
+    #[test]
+    fn a_name_tells_what_it_names() {
+        let port = |name: &str| Port::from(OsString::from(name));
+        assert_eq!(port("-"), Port::Stdin);
+        assert_eq!(port("tcp:[::1]:4444"), Port::Tcp("[::1]:4444".into()));
+        assert_eq!(port("/dev/ttyACM0"), Port::Path("/dev/ttyACM0".into()));
+        assert_eq!(port("./-"), Port::Path("./-".into()));
+    }
+
+    #[test]
+    fn a_tcp_sender_is_heard_to_its_end() {
+        let server = TcpListener::bind("127.0.0.1:0").unwrap();
+        let port = Port::Tcp(server.local_addr().unwrap().to_string());
+        let arrivals = port.listen(9600).unwrap();
+        let (mut sender, _) = server.accept().unwrap();
+        sender.write_all(&[1, 0, 2]).unwrap();
+        assert_eq!(all(&arrivals, 3), [1, 0, 2]);
+        drop(sender);
+        assert!(matches!(arrivals.recv(), Ok(Arrival::End(None))));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_serial_port_is_heard_byte_by_byte_and_over_a_silence() {
+        use serialport::{SerialPort, TTYPort};
+        let (mut board, host) = TTYPort::pair().unwrap();
+        let name = host.name().unwrap();
+        drop(host);
+        let arrivals = Port::Path(name.into()).listen(115_200).unwrap();
+        // Every byte: a line that is not raw would swallow or change some.
+        let bytes: Vec<u8> = (0..=u8::MAX).collect();
+        board.write_all(&bytes).unwrap();
+        assert_eq!(all(&arrivals, 256), bytes);
+        thread::sleep(SILENCE + Duration::from_millis(100));
+        board.write_all(b"on").unwrap();
+        assert_eq!(all(&arrivals, 2), b"on");
+    }
+}

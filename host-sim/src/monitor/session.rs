@@ -1,0 +1,167 @@
+//! What telemetry has said so far.
+
+use certainty_core::sensor::SensorId;
+use certainty_core::transducer::Reading;
+use certainty_core::units::Pose;
+use certainty_firmware::telemetry::{
+    Damage, Decoder, Frame, Head, Hello, MapState, MapView, Report, SensorHealth, Statistics, Tally,
+};
+use std::collections::BTreeMap;
+
+/// The most cells of a map that can be reported: a part numbers its first cell in 16 bits.
+const MOST_CELLS: usize = u16::MAX as usize;
+
+/// A sensor's last words.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct SensorState {
+    /// Where it looked, and what it said.
+    pub head: Option<Head>,
+    /// Its record.
+    pub health: Option<SensorHealth>,
+}
+
+/// Takes bytes and keeps the last word on everything.
+///
+/// Memory: 128 KB for the largest map, whatever the bytes are.
+#[derive(Debug, Clone)]
+pub struct Session {
+    decoder: Decoder,
+    map: MapView<Vec<u8>>,
+    bytes: u64,
+    other_version: Option<u8>,
+    agreed_at: Option<u64>,
+    hello: Option<Hello>,
+    pose: Option<Pose>,
+    sensors: BTreeMap<SensorId, SensorState>,
+    rangers: BTreeMap<u8, Reading>,
+    statistics: Option<Statistics>,
+}
+
+impl Session {
+    /// Creates a session in which nothing was heard.
+    #[must_use]
+    pub fn new() -> Self {
+        Self {
+            decoder: Decoder::new(),
+            map: MapView::new(vec![0; MOST_CELLS], vec![0; MOST_CELLS]),
+            bytes: 0,
+            other_version: None,
+            agreed_at: None,
+            hello: None,
+            pose: None,
+            sensors: BTreeMap::new(),
+            rangers: BTreeMap::new(),
+            statistics: None,
+        }
+    }
+
+    /// Takes a byte; returns the report that it ends, or what is wrong with what it ends.
+    pub fn take(&mut self, byte: u8) -> Option<Result<Frame, Damage>> {
+        self.bytes += 1;
+        let heard = self.decoder.push(byte)?;
+        match &heard {
+            Ok(frame) => self.keep(&frame.report),
+            Err(Damage::OtherVersion(version)) => self.other_version = Some(*version),
+            Err(_) => {}
+        }
+        Some(heard)
+    }
+
+    /// Says that no more bytes come.
+    pub fn finish(&mut self) {
+        self.decoder.finish();
+    }
+
+    fn keep(&mut self, report: &Report) {
+        self.map.take(report);
+        match *report {
+            Report::Hello(hello) => {
+                if self.hello.is_some_and(|known| known != hello) {
+                    // Another board, or another program on it.
+                    self.pose = None;
+                    self.sensors.clear();
+                    self.rangers.clear();
+                    self.statistics = None;
+                }
+                self.hello = Some(hello);
+            }
+            Report::Map(ref part) => {
+                if part.end.is_some() && matches!(self.map.state(), MapState::Complete { .. }) {
+                    self.agreed_at = Some(self.tally().frames);
+                }
+            }
+            Report::Pose(pose) => self.pose = Some(pose),
+            Report::Head(head) => self.sensors.entry(head.sensor).or_default().head = Some(head),
+            Report::Health(health) => {
+                self.sensors.entry(health.sensor).or_default().health = Some(health);
+            }
+            Report::Ranger(ranger) => _ = self.rangers.insert(ranger.number, ranger.reading),
+            Report::Statistics(statistics) => self.statistics = Some(statistics),
+        }
+    }
+
+    /// Returns what was heard and lost.
+    #[must_use]
+    pub const fn tally(&self) -> &Tally {
+        self.decoder.tally()
+    }
+
+    /// Returns how many bytes came.
+    #[must_use]
+    pub const fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    /// Returns the last version of the wire format that is not ours.
+    #[must_use]
+    pub const fn other_version(&self) -> Option<u8> {
+        self.other_version
+    }
+
+    /// Returns the map.
+    #[must_use]
+    pub const fn map(&self) -> &MapView<Vec<u8>> {
+        &self.map
+    }
+
+    /// Returns how many frames have come since the map last agreed with its digest.
+    #[must_use]
+    pub fn frames_since_map(&self) -> Option<u64> {
+        let agreed = self.agreed_at?;
+        Some(self.tally().frames - agreed)
+    }
+
+    /// Returns who reports.
+    #[must_use]
+    pub const fn hello(&self) -> Option<Hello> {
+        self.hello
+    }
+
+    /// Returns where the robot is.
+    #[must_use]
+    pub const fn pose(&self) -> Option<Pose> {
+        self.pose
+    }
+
+    /// Returns every sensor that was heard of, in the order of their numbers.
+    pub fn sensors(&self) -> impl Iterator<Item = (SensorId, SensorState)> + '_ {
+        self.sensors.iter().map(|(&sensor, &state)| (sensor, state))
+    }
+
+    /// Returns every ranger's last reading, in the order of their numbers.
+    pub fn rangers(&self) -> impl Iterator<Item = (u8, Reading)> + '_ {
+        self.rangers.iter().map(|(&number, &said)| (number, said))
+    }
+
+    /// Returns how the schedule fares.
+    #[must_use]
+    pub const fn statistics(&self) -> Option<Statistics> {
+        self.statistics
+    }
+}
+
+impl Default for Session {
+    fn default() -> Self {
+        Self::new()
+    }
+}
