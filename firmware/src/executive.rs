@@ -205,3 +205,207 @@ impl<C: Clock, W: Watchdog, const SLOTS: usize, const STATIONS: usize>
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use certainty_core::schedule::{ScheduleConfig, Slot};
+    use certainty_core::units::BinaryAngle;
+    use core::cell::RefCell;
+
+    /// Three reports in a round of 10 ms, at 0, 3 and 7.
+    static SCHEDULE: Schedule<3, 0> = match Schedule::try_new(ScheduleConfig {
+        period: 10,
+        stale_after: 2000,
+        apart: BinaryAngle::ZERO,
+        slots: [
+            Slot::new(0, 3, Activity::Report),
+            Slot::new(3, 4, Activity::Report),
+            Slot::new(7, 3, Activity::Report),
+        ],
+        stations: [],
+    }) {
+        Ok(schedule) => schedule,
+        Err(_) => panic!("refused"),
+    };
+
+    /// A millisecond counter with its interrupt.
+    struct Machine<'q> {
+        dispatcher: Dispatcher<3, 0>,
+        queue: Producer<'q, Due>,
+        fed_at: Vec<u32>,
+    }
+
+    impl Machine<'_> {
+        fn pass(&mut self, ms: u32) {
+            (0..ms).for_each(|_| self.dispatcher.tick(&mut self.queue));
+        }
+    }
+
+    struct Ticks1<'m, 'q>(&'m RefCell<Machine<'q>>);
+
+    impl Clock for Ticks1<'_, '_> {
+        fn now(&mut self) -> Ticks {
+            self.0.borrow().dispatcher.now()
+        }
+
+        fn sleep(&mut self) {
+            self.0.borrow_mut().pass(1);
+        }
+    }
+
+    impl Watchdog for Ticks1<'_, '_> {
+        fn feed(&mut self) {
+            let mut machine = self.0.borrow_mut();
+            let now = machine.dispatcher.now().get();
+            machine.fed_at.push(now);
+        }
+    }
+
+    /// Takes as long for each slot as the list says, then no time.
+    struct Worker<'m, 'q> {
+        machine: &'m RefCell<Machine<'q>>,
+        takes_ms: Vec<u32>,
+        done: Vec<(u32, u16, u32)>,
+        skipped: Vec<(u32, u16)>,
+    }
+
+    impl Application for Worker<'_, '_> {
+        fn perform(&mut self, _: Activity, due: Due, _: Timeliness) {
+            let now = self.machine.borrow().dispatcher.now();
+            self.done.push((due.round, due.slot, now.get()));
+            let takes = self.takes_ms.get(self.done.len() - 1).copied();
+            self.machine.borrow_mut().pass(takes.unwrap_or(0));
+        }
+
+        fn skip(&mut self, _: Activity, due: Due) {
+            self.skipped.push((due.round, due.slot));
+        }
+    }
+
+    struct Outcome {
+        done: Vec<(u32, u16, u32)>,
+        skipped: Vec<(u32, u16)>,
+        fed_at: Vec<u32>,
+        timeliness: Timeliness,
+    }
+
+    fn run(takes_ms: &[u32], until: u32) -> Outcome {
+        let mut queue = DueQueue::new();
+        let (producer, mut consumer) = queue.split();
+        let machine = RefCell::new(Machine {
+            dispatcher: Dispatcher::new(&SCHEDULE),
+            queue: producer,
+            fed_at: Vec::new(),
+        });
+        let mut worker = Worker {
+            machine: &machine,
+            takes_ms: takes_ms.to_vec(),
+            done: Vec::new(),
+            skipped: Vec::new(),
+        };
+        let mut executive = Executive::new(&SCHEDULE, Ticks1(&machine), Ticks1(&machine));
+        machine.borrow_mut().pass(1);
+        while machine.borrow().dispatcher.now().get() < until {
+            executive.step(&mut consumer, &mut worker);
+        }
+        let timeliness = executive.timeliness();
+        let (done, skipped) = (worker.done, worker.skipped);
+        let fed_at = machine.into_inner().fed_at;
+        Outcome {
+            done,
+            skipped,
+            fed_at,
+            timeliness,
+        }
+    }
+
+    #[test]
+    fn every_slot_begins_at_its_tick_in_every_round() {
+        let outcome = run(&[2, 3, 2, 2, 3, 2], 21);
+        let expected = [
+            (0, 0, 0),
+            (0, 1, 3),
+            (0, 2, 7),
+            (1, 0, 10),
+            (1, 1, 13),
+            (1, 2, 17),
+            (2, 0, 20),
+        ];
+        assert_eq!(outcome.done, expected);
+        assert_eq!(outcome.skipped, []);
+        assert_eq!(
+            outcome.fed_at,
+            [9, 19],
+            "when the last slot of a round is done"
+        );
+        assert_eq!(
+            outcome.timeliness,
+            Timeliness {
+                rounds: 2,
+                overruns: 0
+            }
+        );
+    }
+
+    #[test]
+    fn an_overrun_skips_the_slot_that_it_ate_and_leaves_the_next_on_time() {
+        // Slot 0 takes 5 ms: slot 1, due at 3, is not begun late.
+        let outcome = run(&[5], 11);
+        assert_eq!(outcome.done, [(0, 0, 0), (0, 2, 7), (1, 0, 10)]);
+        assert_eq!(outcome.skipped, [(0, 1)]);
+        assert_eq!(
+            outcome.timeliness,
+            Timeliness {
+                rounds: 1,
+                overruns: 1
+            }
+        );
+    }
+
+    #[test]
+    fn what_a_full_queue_lost_is_skipped_and_counted_too() {
+        // 35 ms: due meanwhile are three slots a round, at 3, 7, 10, 13, … 33; the queue holds three.
+        let outcome = run(&[35], 38);
+        assert_eq!(outcome.done, [(0, 0, 0), (3, 2, 37)]);
+        let all = [
+            (0, 1),
+            (0, 2),
+            (1, 0),
+            (1, 1),
+            (1, 2),
+            (2, 0),
+            (2, 1),
+            (2, 2),
+            (3, 0),
+            (3, 1),
+        ];
+        assert_eq!(outcome.skipped, all);
+        assert_eq!(outcome.timeliness.overruns, 10);
+        assert_eq!(outcome.timeliness.rounds, 3);
+    }
+
+    #[test]
+    fn a_main_loop_that_hangs_feeds_no_watchdog() {
+        let outcome = run(&[1000], 1000);
+        assert_eq!(outcome.fed_at, []);
+    }
+
+    #[test]
+    fn nothing_is_due_before_the_next_due_tick() {
+        let mut queue = DueQueue::new();
+        let (mut producer, mut consumer) = queue.split();
+        let mut dispatcher = Dispatcher::new(&SCHEDULE);
+        let mut next = dispatcher.next_due();
+        assert_eq!(next, Ticks::new(0));
+        for _ in 0..100 {
+            dispatcher.tick(&mut producer);
+            let due = consumer.dequeue();
+            assert_eq!(due.is_some(), dispatcher.now() == next);
+            if due.is_some() {
+                next = dispatcher.next_due();
+            }
+            assert_eq!(dispatcher.next_due(), next);
+        }
+    }
+}

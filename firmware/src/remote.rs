@@ -410,3 +410,62 @@ impl<'a, L: Link> Board for RemoteBoard<'a, L> {
     type Stopwatch = RemoteTime<'a, L>;
     type Outbox = RemoteOutbox<'a, L>;
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn lines() -> impl Strategy<Value = Line> {
+        (0..4, any::<u8>()).prop_map(|(kind, slot)| match kind {
+            0 => Line::Vin(slot),
+            1 => Line::Vout(slot),
+            2 => Line::Trigger(slot),
+            _ => Line::Echo(slot),
+        })
+    }
+
+    fn requests() -> impl Strategy<Value = Request> {
+        prop_oneof![
+            (lines(), any::<bool>()).prop_map(|(line, high)| Request::Drive(line, high)),
+            lines().prop_map(Request::Level),
+            any::<(u8, u16)>().prop_map(|(servo, micros)| Request::Pulse(servo, micros)),
+            any::<u32>().prop_map(Request::Pass),
+            any::<u32>().prop_map(Request::Until),
+            Just(Request::Tick),
+            Just(Request::Micros),
+            Just(Request::Feed),
+            any::<u32>().prop_map(Request::Unused),
+        ]
+    }
+
+    proptest! {
+        #[test]
+        fn a_request_arrives_as_it_was_sent_and_is_never_taken_for_a_report(request in requests()) {
+            let bytes = wire::encode(request);
+            prop_assert_eq!(wire::decode(bytes), Some(request));
+            prop_assert_ne!(bytes[0], wire::REPORT);
+            prop_assert_eq!(bytes[0] == wire::FEED, request == Request::Feed);
+        }
+
+        #[test]
+        fn any_bytes_are_a_request_or_none(bytes in any::<[u8; wire::REQUEST]>()) {
+            if let Some(request) = wire::decode(bytes) {
+                prop_assert_eq!(wire::decode(wire::encode(request)), Some(request));
+            }
+        }
+
+        #[test]
+        fn an_answer_arrives_with_its_time(value in any::<u32>(), micros in any::<u32>()) {
+            for answer in [Ok(value), Err(Refused)] {
+                let bytes = wire::answer(answer, micros);
+                prop_assert_eq!(wire::answered(bytes), (answer, micros));
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_no_answer_is_a_refusal() {
+        assert_eq!(wire::answered([b'?'; wire::ANSWER]).0, Err(Refused));
+    }
+}

@@ -1,5 +1,6 @@
 //! What the tests share: running the program, reading its maps, making recordings.
 
+pub mod firmware;
 pub mod input;
 pub mod map;
 pub mod program;

@@ -1,34 +1,13 @@
 //! The same readings give the same bits on the host and on a Cortex-M3.
 
 use certainty_firmware::rehearsal;
-use certainty_tests::program::{executable, run};
-use certainty_tests::{skipped, workspace};
+use certainty_tests::program::run;
+use certainty_tests::{firmware, skipped};
 use core::time::Duration;
 use object::{Object, ObjectSymbol};
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
-use std::sync::OnceLock;
-
-const TARGET: &str = "thumbv7m-none-eabi";
-
-/// The rehearsal's image as `cargo firmware` builds it; `None` where that target is not installed.
-fn image() -> Option<&'static Path> {
-    static IMAGE: OnceLock<Option<PathBuf>> = OnceLock::new();
-    let image = IMAGE.get_or_init(|| {
-        let libraries = Command::new("rustc")
-            .args(["--print", "target-libdir", "--target", TARGET])
-            .current_dir(workspace())
-            .output();
-        let folder = String::from_utf8(libraries.ok()?.stdout).ok()?;
-        let installed = Path::new(folder.trim()).is_dir();
-        installed.then(|| executable(["firmware"], "smoke").expect("the firmware can be built"))
-    });
-    if image.is_none() {
-        skipped(&format!("rustup target add {TARGET}"));
-    }
-    image.as_deref()
-}
 
 /// Symbols that only a program with a way to panic has.
 fn panicking<'a>(symbols: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
@@ -46,7 +25,9 @@ fn the_host_and_a_cortex_m3_under_qemu_get_the_same_digest() {
         skipped("there is no qemu-system-arm");
         return;
     }
-    let Some(image) = image() else { return };
+    let Some(image) = firmware::image("smoke") else {
+        return;
+    };
     let mut qemu = Command::new("qemu-system-arm");
     qemu.args([
         "-M",
@@ -72,10 +53,9 @@ fn the_host_and_a_cortex_m3_under_qemu_get_the_same_digest() {
     );
 }
 
-#[test]
-fn nothing_in_the_firmware_can_panic() {
-    let Some(image) = image() else { return };
-    let bytes = fs::read(image).unwrap();
+/// The panic symbols of the image at `path`.
+fn panics_in(path: &Path) -> Vec<String> {
+    let bytes = fs::read(path).unwrap();
     let file = object::File::parse(&*bytes).unwrap();
     let symbols: Vec<&str> = file
         .symbols()
@@ -86,7 +66,25 @@ fn nothing_in_the_firmware_can_panic() {
         symbols.contains(&"Reset") && symbols.contains(&"main"),
         "{symbols:?}"
     );
-    assert_eq!(panicking(symbols), [""; 0]);
+    panicking(symbols).into_iter().map(String::from).collect()
+}
+
+#[test]
+fn nothing_in_the_firmware_can_panic() {
+    for name in ["smart_car", "qemu", "smoke"] {
+        let Some(image) = firmware::image(name) else {
+            return;
+        };
+        assert_eq!(panics_in(&image), [""; 0], "{name}");
+    }
+}
+
+#[test]
+fn an_image_that_can_panic_is_found_out() {
+    let Some(image) = firmware::image_with("can_panic", "can-panic") else {
+        return;
+    };
+    assert_ne!(panics_in(&image), [""; 0]);
 }
 
 #[test]

@@ -1,0 +1,49 @@
+//! The firmware's images, built as `cargo firmware` builds them.
+
+use crate::program::executable;
+use crate::{skipped, workspace};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::OnceLock;
+
+/// The microcontroller's target.
+const TARGET: &str = "thumbv7m-none-eabi";
+
+/// Returns the image called `name`; `None` where its target is not installed.
+///
+/// # Panics
+/// If the firmware cannot be built.
+#[must_use]
+pub fn image(name: &str) -> Option<PathBuf> {
+    build(["firmware"], name)
+}
+
+/// Returns the image called `name`, which the crate has with `feature` only.
+///
+/// # Panics
+/// If it cannot be built.
+#[must_use]
+pub fn image_with(name: &str, feature: &str) -> Option<PathBuf> {
+    build(["firmware", "--features", feature, "--bin", name], name)
+}
+
+fn build<const N: usize>(arguments: [&str; N], name: &str) -> Option<PathBuf> {
+    static INSTALLED: OnceLock<bool> = OnceLock::new();
+    if *INSTALLED.get_or_init(target_is_installed) {
+        Some(executable(arguments, name).expect("the firmware can be built"))
+    } else {
+        skipped(&format!("rustup target add {TARGET}"));
+        None
+    }
+}
+
+fn target_is_installed() -> bool {
+    let libraries = Command::new("rustc")
+        .args(["--print", "target-libdir", "--target", TARGET])
+        .current_dir(workspace())
+        .output();
+    let folder = libraries
+        .ok()
+        .and_then(|output| String::from_utf8(output.stdout).ok());
+    folder.is_some_and(|folder| Path::new(folder.trim()).is_dir())
+}

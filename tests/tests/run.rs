@@ -1,0 +1,273 @@
+//! `certainty run`: the same application, bit for bit, on every backend, whatever is broken.
+
+use certainty_tests::program::{PATIENCE, certainty, keys, program};
+use certainty_tests::{firmware, skipped};
+use serde_json::Value;
+use std::path::Path;
+use std::process::Command;
+
+/// Rounds of a comparison between backends: a third of a sweep.
+const ROUNDS: u32 = 12;
+
+/// Everything that can be wrong with a GP2D02's line, and the reasons for which its readings are
+/// missing then.
+const LINE_FAULTS: [(&str, &[&str]); 6] = [
+    ("line-high", &["bus"]),
+    ("line-low", &["bus"]),
+    ("line-floating", &["bus"]),
+    // Once it is gone its line is low before the conversion already.
+    ("unplugged", &["timeout", "bus"]),
+    ("cut-short", &["bus"]),
+    ("mute", &["timeout"]),
+];
+
+/// Runs the application on `backend` in a folder of its own; `None` if the backend cannot be had.
+fn on(backend: &str, rounds: u32, faults: &str) -> Option<Value> {
+    let folder = tempfile::tempdir().unwrap();
+    let image = match backend {
+        "native" => String::new(),
+        "qemu"
+            if Command::new("qemu-system-arm")
+                .arg("--version")
+                .output()
+                .is_err() =>
+        {
+            skipped("there is no qemu-system-arm");
+            return None;
+        }
+        "qemu" => format!(" --image {}", firmware::image("qemu")?.display()),
+        _ => format!(" --image {}", firmware::image("smart_car")?.display()),
+    };
+    let arguments = format!("run --json --on {backend} --rounds {rounds}{image} {faults}");
+    Some(certainty(folder.path(), &arguments).json())
+}
+
+/// What must be the same on every backend.
+fn outcome(mut document: Value) -> Value {
+    let fields = document.as_object_mut().unwrap();
+    for own in [
+        "backend",
+        "flash_bytes",
+        "static_ram_bytes",
+        "stack_bytes",
+        "files",
+    ] {
+        fields.remove(own).unwrap();
+    }
+    document
+}
+
+fn sensor(document: &Value, number: usize) -> &Value {
+    &document["sensors"][number - 1]
+}
+
+#[test]
+fn json_has_exactly_the_keys_of_the_contract() {
+    let document = on("native", 1, "").unwrap();
+    let top = [
+        "backend",
+        "files",
+        "flash_bytes",
+        "grid_hash",
+        "lost_frames",
+        "overruns",
+        "readings",
+        "rounds",
+        "seed",
+        "sensors",
+        "stack_bytes",
+        "static_ram_bytes",
+        "unsent_frames",
+    ];
+    assert_eq!(keys(&document), top);
+    assert_eq!(document["readings"], 5, "a reading a sensor and round");
+    assert_eq!(document["sensors"].as_array().unwrap().len(), 5);
+    assert_eq!(document["flash_bytes"], Value::Null);
+}
+
+#[test]
+fn every_backend_gets_the_same_map_and_the_same_health() {
+    for faults in [
+        "",
+        "--fault stuck-far:2 --seed 7",
+        "--fault unplugged:1@3..6 --fault mute:5@4s..7s --fault noise:3=20%",
+    ] {
+        let native = outcome(on("native", ROUNDS, faults).unwrap());
+        assert_eq!(native["overruns"], 0, "{faults}");
+        assert_ne!(native["grid_hash"], Value::Null);
+        for backend in ["qemu", "board"] {
+            if let Some(document) = on(backend, ROUNDS, faults) {
+                assert_eq!(outcome(document), native, "{backend} {faults}");
+            }
+        }
+    }
+}
+
+/// What the other sensors make of the world must not depend on how one of them is broken, and every
+/// backend must say why it is.
+fn line_faults_are_missing_readings_with_their_reason(backend: &str) {
+    let mut maps = Vec::new();
+    for (fault, reasons) in LINE_FAULTS {
+        let Some(broken) = on(backend, ROUNDS, &format!("--fault {fault}:2")) else {
+            return;
+        };
+        let bad = sensor(&broken, 2);
+        assert_eq!(bad["missing"], ROUNDS, "{fault}");
+        assert_eq!(bad["readings"], 0, "{fault}");
+        assert_eq!(bad["status"], "failed", "{fault}");
+        for (reason, count) in bad["missing_because"].as_object().unwrap() {
+            let expected = reasons.contains(&reason.as_str());
+            assert_eq!(count.as_u64() > Some(0), expected, "{fault}: {reason}");
+        }
+        for sound in [1, 3, 4, 5] {
+            assert_eq!(sensor(&broken, sound)["missing"], 0, "{fault}");
+            assert_eq!(sensor(&broken, sound)["status"], "healthy", "{fault}");
+        }
+        assert_eq!(broken["overruns"], 0, "{fault}: the schedule stays on time");
+        maps.push(broken["grid_hash"].clone());
+    }
+    let sound = on(backend, ROUNDS, "").unwrap();
+    assert!(maps.iter().all(|map| *map == maps[0]), "{maps:?}");
+    assert_ne!(maps[0], sound["grid_hash"], "sensor 2 matters");
+}
+
+#[test]
+fn line_faults_are_missing_readings_with_their_reason_natively() {
+    line_faults_are_missing_readings_with_their_reason("native");
+}
+
+#[test]
+fn line_faults_are_missing_readings_with_their_reason_on_the_board() {
+    line_faults_are_missing_readings_with_their_reason("board");
+}
+
+/// Ten missing readings make a sensor fail, ten that came make it healthy again.
+fn healed_sensors_are_taken_back(backend: &str) {
+    for (fault, _) in LINE_FAULTS {
+        let faulty = format!("--fault {fault}:2@3..14");
+        let Some(ill) = on(backend, 14, &faulty) else {
+            return;
+        };
+        assert_eq!(sensor(&ill, 2)["status"], "failed", "{fault}");
+        let healed = on(backend, 30, &faulty).unwrap();
+        assert_eq!(sensor(&healed, 2)["status"], "healthy", "{fault}");
+        // A sensor that comes back needs a moment of its own: one more may be missing.
+        let missing = sensor(&healed, 2)["missing"].as_u64().unwrap();
+        assert!((11..=12).contains(&missing), "{fault}: {missing} missing");
+        assert_eq!(healed["overruns"], 0);
+    }
+}
+
+#[test]
+fn healed_sensors_are_taken_back_natively() {
+    healed_sensors_are_taken_back("native");
+}
+
+#[test]
+fn healed_sensors_are_taken_back_on_the_board() {
+    healed_sensors_are_taken_back("board");
+}
+
+#[test]
+fn a_servo_that_cannot_be_set_makes_its_readings_missing_until_it_can() {
+    for backend in ["native", "qemu"] {
+        let Some(off) = on(backend, 16, "--fault servo-off:3@2..14") else {
+            continue;
+        };
+        let bad = sensor(&off, 3);
+        assert_eq!(bad["missing"], 12, "{backend}");
+        assert_eq!(bad["missing_because"]["bus"], 12, "{backend}");
+        assert_eq!(bad["readings"], 4, "{backend}");
+        assert_eq!(off["overruns"], 0);
+    }
+}
+
+#[test]
+fn a_ranger_that_does_not_answer_fails_alone_and_comes_back() {
+    for backend in ["native", "board"] {
+        let Some(sound) = on(backend, 30, "") else {
+            continue;
+        };
+        let mute = on(backend, 14, "--fault mute:4@3..14").unwrap();
+        assert_eq!(sensor(&mute, 4)["status"], "failed", "{backend}");
+        assert_eq!(sensor(&mute, 4)["missing_because"]["timeout"], 11);
+        let healed = on(backend, 30, "--fault mute:4@3..14").unwrap();
+        assert_eq!(sensor(&healed, 4)["status"], "healthy", "{backend}");
+        assert_eq!(sensor(&healed, 4)["missing"], 11, "{backend}");
+        assert_eq!(healed["grid_hash"], sound["grid_hash"], "{backend}");
+        assert_eq!(healed["overruns"], 0);
+    }
+}
+
+/// DESIGN.md: 4 KB of RAM with the stack, 32 KB of flash.
+#[test]
+fn the_shipped_image_keeps_its_budgets() {
+    let Some(board) = on("board", ROUNDS, "") else {
+        return;
+    };
+    let bytes = |field: &str| board[field].as_u64().unwrap();
+    let (flash, ram, stack) = (
+        bytes("flash_bytes"),
+        bytes("static_ram_bytes"),
+        bytes("stack_bytes"),
+    );
+    assert!(flash <= 32 * 1024, "{flash} bytes of flash");
+    assert!(ram + stack <= 4096, "{ram} + {stack} bytes of RAM");
+    assert!(stack > 200, "a stack of {stack} bytes was not measured");
+    assert!(flash > 4096, "an image of {flash} bytes is none");
+}
+
+#[test]
+fn bad_input_is_one_line_and_exit_code_2() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    std::fs::write(at.join("empty"), "").unwrap();
+    std::fs::write(at.join("text"), "no image\n").unwrap();
+    for (arguments, says) in [
+        ("run --on mars", "native, qemu or board"),
+        ("run --rounds 0", "--rounds"),
+        ("run --rounds 99999999", "--rounds"),
+        ("run --fault line-high", "names no sensor"),
+        ("run --fault line-hig:1", "line-floating"),
+        ("run --fault line-high:9", "no sensor '9'"),
+        ("run --fault chatter:2=4", "one turn a round"),
+        ("run --fault stuck-far:4", "line faults only"),
+        ("run --fault servo-jammed:5", "no servo"),
+        ("run --on qemu --image missing", "cargo firmware"),
+        ("run --on qemu --image empty", "cargo firmware"),
+        ("run --on board --image text", "cargo firmware"),
+        ("run --on board --image .", "cargo firmware"),
+        ("run --on board --fault servo-off:1", "servo-off"),
+        ("run --world missing.toml", "missing.toml"),
+        ("run --rounds 1 --out text", "text"),
+    ] {
+        let ran = certainty(at, arguments);
+        assert_eq!(ran.code, Some(2), "{arguments}: {ran:?}");
+        assert_eq!(
+            ran.stderr.trim_end().lines().count(),
+            1,
+            "{arguments}: {ran:?}"
+        );
+        assert!(ran.stderr.contains(says), "{arguments}: {}", ran.stderr);
+        assert_eq!(ran.stdout, "", "{arguments}");
+    }
+}
+
+#[test]
+fn without_qemu_one_line_says_how_to_install_it() {
+    let Some(image) = firmware::image("qemu") else {
+        return;
+    };
+    let ran = Command::new(program())
+        .args(["run", "--on", "qemu", "--image"])
+        .arg(image)
+        .current_dir(tempfile::tempdir().unwrap().path())
+        .env("PATH", Path::new("/nowhere"))
+        .output()
+        .unwrap();
+    let said = String::from_utf8(ran.stderr).unwrap();
+    assert_eq!(ran.status.code(), Some(2), "{said}");
+    assert_eq!(said.lines().count(), 1, "{said}");
+    assert!(said.contains("apt-get install qemu-system-arm"), "{said}");
+    const { assert!(PATIENCE.as_secs() > 30) }
+}
