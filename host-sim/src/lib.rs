@@ -8,6 +8,8 @@
 //! | [`calibration`] | sensors' characteristics, from measured bytes, and what is left of their errors |
 //! | [`replay`] | recordings of real robots |
 //! | [`fusion`] | the core's grids at sizes chosen at run time |
+//! | [`bench`](mod@bench) | the car's devices, and the lines that a board is wired to them with |
+//! | [`backend`] | what the firmware runs on |
 //! | [`experiment`] | the Smart Car in a world, scored against perfect sensors |
 //! | [`export`] | pictures and maps for other programs |
 //! | [`plot`] | charts as PNG and SVG |
@@ -15,6 +17,8 @@
 //! | [`toml_file`] | files that people write, and complaints with their line |
 //! | [`cli`] | the program `certainty` |
 
+pub mod backend;
+pub mod bench;
 pub mod calibration;
 pub mod cli;
 pub mod experiment;
