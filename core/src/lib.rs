@@ -8,8 +8,11 @@
 //! | fusion | [`fusion`], [`health`] | readings into a [`CertaintyGrid`](fusion::CertaintyGrid) and each sensor's [`Health`](health::Health) |
 //! | control | (to come) | an [`Environment`](fusion::Environment) into motion |
 //!
+//! Which sensor does what when, and so the order of the readings, is a [`schedule`].
+//!
 //! | paper | is in |
 //! |---|---|
+//! | \[000\] §3 no two sensors look the same way at once | [`schedule::Schedule`], [`transducer::Sweep`] |
 //! | \[000\] §3.1 trimmed fusion | [`fusion::TrimmedGrid`] |
 //! | \[000\] §3.2, \[001\] §4 median selection | [`fusion::MedianGrid`] |
 //! | \[001\] §3 eq. 1, Bayes | [`fusion::BayesGrid`], [`fusion::LogOdds`] |
@@ -42,6 +45,7 @@ pub mod certainty;
 pub mod fusion;
 pub mod health;
 mod narrow;
+pub mod schedule;
 pub mod sensor;
 pub mod transducer;
 pub mod units;

@@ -3,6 +3,15 @@
 //! | module | is |
 //! |---|---|
 //! | [`smart_car`] | the case study's robot: its grid, where its sensors sit, how they sweep |
+//! | [`gp2d02`] | driver of a Sharp GP2D02 infrared sensor on two pins |
+//! | [`servo`] | driver of a hobby servo on a PWM channel |
+//! | [`ranger`] | driver of a pulse-echo ultrasonic ranger on two pins |
+//! | [`stopwatch`] | time as the drivers see it |
+//! | [`telemetry`] | framed reports to whoever listens: map, heads, health, the schedule's statistics |
+//! | [`executive`] | the time-triggered main loop: each slot at its tick, or not at all |
+//! | [`board`] | what the application is wired to, as a list of types |
+//! | [`remote`] | a board whose pins, pulses and time are at the far end of a link |
+//! | [`digest`] | a fingerprint of maps and records, to compare machines |
 //! | [`rehearsal`] | made-up readings through the real fusion level, to compare machines |
 //!
 //! Everything here runs on the microcontroller and, unchanged, in the host's simulator.
@@ -25,5 +34,14 @@
     )
 )]
 
+pub mod board;
+pub mod digest;
+pub mod executive;
+pub mod gp2d02;
+pub mod ranger;
 pub mod rehearsal;
+pub mod remote;
+pub mod servo;
 pub mod smart_car;
+pub mod stopwatch;
+pub mod telemetry;

@@ -3,6 +3,7 @@
 //! The same readings on every machine must give the same grid and the same health, bit for bit. The
 //! digest says whether they did.
 
+use crate::digest::Digest;
 use crate::smart_car::{self, CELLS, SENSORS, SWEEP, SmartCarGrid, SmartCarShape};
 use certainty_core::fusion::{Beam, Mapper, RobustRules};
 use certainty_core::health::HealthRules;
@@ -70,16 +71,16 @@ pub fn run() -> Result<Outcome, Refused> {
     let map = mapper.environment();
     let mut digest = Digest::NEW;
     for cell in map.geometry().iter() {
-        digest.take(map.certainty(cell).to_bits().into());
+        digest.word(map.certainty(cell).to_bits().into());
     }
     for (_, health) in map.sensors() {
-        digest.take(health.confidence().to_bits().into());
-        digest.take(health.confirmations());
-        digest.take(health.contradictions());
-        digest.take(health.missing());
+        digest.word(health.confidence().to_bits().into());
+        digest.word(health.confirmations());
+        digest.word(health.contradictions());
+        digest.word(health.missing());
     }
     Ok(Outcome {
-        digest: digest.0,
+        digest: digest.value(),
         told,
     })
 }
@@ -102,19 +103,6 @@ impl Dice {
             1 => Reading::TooNear,
             2..=5 => Reading::NoObject,
             _ => Reading::Echo(Millimeters::new(distance)),
-        }
-    }
-}
-
-/// FNV-1a, 32 bits.
-struct Digest(u32);
-
-impl Digest {
-    const NEW: Self = Self(0x811C_9DC5);
-
-    fn take(&mut self, word: u32) {
-        for byte in word.to_le_bytes() {
-            self.0 = (self.0 ^ u32::from(byte)).wrapping_mul(0x0100_0193);
         }
     }
 }

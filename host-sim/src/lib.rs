@@ -5,11 +5,11 @@
 //! | [`world`] | obstacles, and how far it is to the nearest |
 //! | [`transducer`] | simulated sensors, down to the byte of a GP2D02 |
 //! | [`fault`] | faults that wrap any sensor |
+//! | [`bench`] | the car's devices, pin by pin |
+//! | [`backend`] | where the firmware's application runs: here, under QEMU, on an emulated board |
 //! | [`calibration`] | sensors' characteristics, from measured bytes, and what is left of their errors |
 //! | [`replay`] | recordings of real robots |
 //! | [`fusion`] | the core's grids at sizes chosen at run time |
-//! | [`bench`](mod@bench) | the car's devices, and the lines that a board is wired to them with |
-//! | [`backend`] | what the firmware runs on |
 //! | [`experiment`] | the Smart Car in a world, scored against perfect sensors |
 //! | [`export`] | pictures and maps for other programs |
 //! | [`plot`] | charts as PNG and SVG |

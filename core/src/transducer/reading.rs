@@ -30,6 +30,8 @@ pub enum Missing {
     Bus,
     /// The sensor answered with something that cannot be.
     Implausible,
+    /// The sensor was not asked: its turn came too late.
+    Late,
 }
 
 impl fmt::Display for Missing {
@@ -38,6 +40,7 @@ impl fmt::Display for Missing {
             Self::Timeout => "no answer in time",
             Self::Bus => "line failed",
             Self::Implausible => "implausible answer",
+            Self::Late => "not asked in time",
         })
     }
 }

@@ -1,6 +1,6 @@
 //! What hangs on a board's pins.
 
-use super::Line;
+use certainty_firmware::remote::Line;
 
 /// The devices on a board's pins, as an emulated board sees them.
 ///

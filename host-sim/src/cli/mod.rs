@@ -15,6 +15,7 @@ mod panels;
 mod progress;
 mod recovery;
 mod replay;
+mod run;
 mod simulate;
 mod table;
 mod table2;
@@ -43,6 +44,8 @@ enum Command {
     Simulate(simulate::Arguments),
     /// A recording of a real robot: its map and its sensors' health
     Replay(replay::Arguments),
+    /// The firmware's application: in this process, under QEMU, or on an emulated board
+    Run(run::Arguments),
     /// Two maps (PGM + YAML): where they agree, what is missed, what is a ghost
     Compare(compare::Arguments),
     /// Every method against every fault, beside an oracle: maps and sensor health
@@ -70,6 +73,7 @@ pub fn main() -> ExitCode {
         Ok(cli) => match cli.command.unwrap_or(Command::Simulate(cli.simulate)) {
             Command::Simulate(arguments) => simulate::run(&arguments),
             Command::Replay(arguments) => replay::run(&arguments),
+            Command::Run(arguments) => run::run(&arguments),
             Command::Compare(arguments) => compare::run(&arguments),
             Command::Campaign(arguments) => campaign::run(&arguments),
             Command::Recovery(arguments) => recovery::run(&arguments),

@@ -7,6 +7,10 @@ use thiserror::Error;
 const KINDS: &str = "stuck-far, stuck-near, noise, output-noise, bias, scale, random, dropout, \
                      chatter or intermittent";
 
+/// The kinds that a bench has besides.
+const WIRE_KINDS: &str = "line-high, line-low, line-floating, unplugged, cut-short, mute, \
+                          servo-jammed or servo-off";
+
 /// Why a text is no fault; displays as one line with an example.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum SpecError {
@@ -21,6 +25,12 @@ pub enum SpecError {
     /// A kind that does not exist.
     #[error("unknown fault '{kind}': write {KINDS}, for example stuck-far:2")]
     UnknownKind {
+        /// What was written.
+        kind: Excerpt,
+    },
+    /// A kind that neither a sensor nor its wires have.
+    #[error("unknown fault '{kind}': write {KINDS}, {WIRE_KINDS}, for example stuck-far:2")]
+    UnknownWireKind {
         /// What was written.
         kind: Excerpt,
     },
@@ -89,4 +99,14 @@ pub enum SpecError {
         /// What was written.
         window: Excerpt,
     },
+}
+
+impl SpecError {
+    /// The refusal of a value for a kind that takes none.
+    pub(crate) fn no_value(kind: &'static str, value: &str) -> Self {
+        Self::NoValue {
+            kind,
+            value: Excerpt::new(value),
+        }
+    }
 }

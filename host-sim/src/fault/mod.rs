@@ -12,4 +12,5 @@ mod spec;
 pub use defect::{Defect, Factor, Fault, Times, Window};
 pub use error::SpecError;
 pub use faulty::{Bursts, BurstsError, Faulty};
+pub(crate) use spec::Parts;
 pub use spec::{FaultSpec, SensorName, assign};

@@ -141,18 +141,12 @@ impl FromStr for FaultSpec {
     type Err = SpecError;
 
     fn from_str(text: &str) -> Result<Self, SpecError> {
-        let text = text.trim();
-        let (kind, rest) = text.split_once(':').ok_or_else(|| SpecError::NoSensor {
-            text: Excerpt::new(text),
-        })?;
-        let (rest, window) = match rest.split_once('@') {
-            Some((rest, window)) => (rest, parse_window(window)?),
-            None => (rest, Window::Always),
-        };
-        let (sensor, value) = match rest.split_once('=') {
-            Some((sensor, value)) => (sensor, Some(value)),
-            None => (rest, None),
-        };
+        let Parts {
+            kind,
+            sensor,
+            value,
+            window,
+        } = Parts::split(text)?;
         let intermittent = kind == "intermittent";
         let defect = if intermittent {
             let inner = value.ok_or(SpecError::IntermittentWhat)?;
@@ -168,12 +162,49 @@ impl FromStr for FaultSpec {
             parse_defect(kind, value)?
         };
         Ok(Self {
-            sensor: parse_sensor(sensor)?,
+            sensor,
             fault: Fault {
                 defect,
                 intermittent,
                 window,
             },
+        })
+    }
+}
+
+/// A fault's parts as they are written, whatever kinds there are.
+#[derive(Debug)]
+pub(crate) struct Parts<'t> {
+    /// What is wrong.
+    pub(crate) kind: &'t str,
+    /// With whom.
+    pub(crate) sensor: SensorName,
+    /// How much.
+    pub(crate) value: Option<&'t str>,
+    /// When.
+    pub(crate) window: Window,
+}
+
+impl<'t> Parts<'t> {
+    /// Takes `KIND:SENSOR[=VALUE][@FROM[..TO]]` apart.
+    pub(crate) fn split(text: &'t str) -> Result<Self, SpecError> {
+        let text = text.trim();
+        let (kind, rest) = text.split_once(':').ok_or_else(|| SpecError::NoSensor {
+            text: Excerpt::new(text),
+        })?;
+        let (rest, window) = match rest.split_once('@') {
+            Some((rest, window)) => (rest, parse_window(window)?),
+            None => (rest, Window::Always),
+        };
+        let (sensor, value) = match rest.split_once('=') {
+            Some((sensor, value)) => (sensor, Some(value)),
+            None => (rest, None),
+        };
+        Ok(Self {
+            kind,
+            sensor: parse_sensor(sensor)?,
+            value,
+            window,
         })
     }
 }
@@ -294,10 +325,7 @@ fn parse_defect(kind: &str, value: Option<&str>) -> Result<Defect, SpecError> {
 fn valueless(defect: Defect, value: Option<&str>) -> Result<Defect, SpecError> {
     match value {
         None => Ok(defect),
-        Some(value) => Err(SpecError::NoValue {
-            kind: defect.kind(),
-            value: Excerpt::new(value),
-        }),
+        Some(value) => Err(SpecError::no_value(defect.kind(), value)),
     }
 }
 

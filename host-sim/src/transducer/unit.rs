@@ -124,6 +124,27 @@ impl Gp2d02Unit {
         self.characteristic.raw(distance_mm).round() as u8
     }
 
+    /// Returns the byte that the unit's calibration reads as `reading`, or as near to it as any byte
+    /// is; `None` for a missing one.
+    ///
+    /// The way back from a [`Reading`] to what a driver clocks in: a byte that was read comes out again
+    /// as one that reads the same.
+    #[must_use]
+    pub fn byte_for(&self, reading: Reading) -> Option<u8> {
+        match reading {
+            Reading::Echo(distance) => (self.faintest_echo..=u8::MAX)
+                .filter_map(|raw| match self.calibration.reading(raw) {
+                    Reading::Echo(read) => Some((read.get().abs_diff(distance.get()), raw)),
+                    _ => None,
+                })
+                .min()
+                .map(|(_, raw)| raw),
+            Reading::NoObject => Some(self.silent_byte()),
+            Reading::TooNear => Some(u8::MAX),
+            Reading::Missing(_) => None,
+        }
+    }
+
     /// Returns the byte the unit gives where nothing reflects.
     #[must_use]
     pub fn silent_byte(&self) -> u8 {
@@ -135,6 +156,17 @@ impl Gp2d02Unit {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+
+    #[test]
+    fn every_byte_comes_back_from_its_reading_as_one_that_reads_the_same() {
+        for unit in Gp2d02Unit::shipped() {
+            for raw in 0..=u8::MAX {
+                let reading = unit.calibration().reading(raw);
+                let back = unit.byte_for(reading).unwrap();
+                assert_eq!(unit.calibration().reading(back), reading, "{}", unit.name());
+            }
+        }
+    }
 
     #[test]
     fn the_shipped_table_holds_sixteen_units_at_twenty_two_distances() {

@@ -1,6 +1,6 @@
 //! Which device hangs on which pin: the wiring of `docs/hardware.md` as a table.
 
-use crate::bench::Line;
+use certainty_firmware::remote::Line;
 
 /// A GPIO port.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -2,7 +2,7 @@
 
 use super::elf_of::elf_of;
 use super::*;
-use crate::bench::Line;
+use certainty_firmware::remote::Line;
 
 /// Nothing on the pins.
 #[derive(Debug)]

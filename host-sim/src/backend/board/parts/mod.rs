@@ -11,7 +11,8 @@ mod watchdog;
 
 use super::BoardError;
 use super::pinout::{LINES, PORTS, Pin, PortName, SERIAL_OUT, SERVOS};
-use crate::bench::{Line, Wires};
+use crate::bench::Wires;
+use certainty_firmware::remote::Line;
 use afio::Afio;
 use core::mem;
 use flash::Flash;

@@ -1,21 +1,53 @@
 //! The Smart Car of \[001\] §6.1: its grid, its pivoted infrared sensors and their sweep.
 //!
+//! | item | is |
+//! |---|---|
+//! | [`SmartCar`] | the application: drivers, map and records, on any board |
+//! | [`SCHEDULE`] | its round: who does what at which millisecond |
+//! | [`UNITS`] | the calibrations of its three infrared sensors |
+//! | [`look`], [`mounting`], [`SWEEP`] | where they sit and look |
+//!
 //! The papers give the grid and the sensors' range. Where the sensors sit and how finely they sweep
 //! they do not say; the choices here are a model car's.
 
+use crate::ranger::RangerLimits;
+use crate::servo::ServoModel;
 use certainty_core::fusion::{BeamConfig, BeamModel, Geometry, RobustGrid, Shape, owner_bytes};
 use certainty_core::transducer::Sweep;
 use certainty_core::units::{BinaryAngle, Millimeters, Point, Pose};
 use fixed::types::U0F16;
 
-/// Pivoted GP2D02s on the car.
-pub const SENSORS: u8 = 3;
+mod application;
+mod head;
+mod round;
+mod units;
+mod wiring;
+
+pub use application::{Misfit, SmartCar};
+pub use round::{SCHEDULE, SLOTS, STATIONS};
+pub use units::{UNITS, Unit};
+pub use wiring::remote_wiring;
+
+/// Sensors that make the map: the pivoted GP2D02s.
+pub const SENSORS: u8 = HEADS;
+
+/// Pivoted heads on the car, a GP2D02 on each (\[001\] §6.1).
+pub const HEADS: u8 = 3;
+
+/// Fixed ultrasonic rangers that look straight ahead (\[001\] §6.1).
+pub const RANGERS: u8 = 2;
 
 /// Shortest distance a GP2D02 tells.
 pub const NEAREST: Millimeters = Millimeters::new(100);
 
 /// Longest distance a GP2D02 tells (\[001\] §6.1).
 pub const FARTHEST: Millimeters = Millimeters::new(800);
+
+/// What the heads' servos do with their pulses.
+pub const SERVO: ServoModel = ServoModel::COMMON;
+
+/// What the fixed rangers can tell.
+pub const RANGER: RangerLimits = RangerLimits::SRF04;
 
 /// The car's pose in its grid: in the middle of the lower edge, looking up.
 pub const POSE: Pose = Pose::new(Point::ORIGIN, BinaryAngle::QUARTER);
@@ -76,6 +108,14 @@ pub fn mounting(slot: u8, heads: u8) -> Pose {
         Some(mm) => mm.saturating_sub(BUMPER_MM / 2),
         None => 0, // a single head sits in the middle
     };
+    Pose::new(Point::from_mm(0, aside), BinaryAngle::ZERO)
+}
+
+/// Returns where ranger `slot` sits on the bumper, looking straight ahead: 5 cm to each side, the
+/// first on the right.
+#[must_use]
+pub fn ranger_mounting(slot: u8) -> Pose {
+    let aside = if slot == 0 { -50 } else { 50 };
     Pose::new(Point::from_mm(0, aside), BinaryAngle::ZERO)
 }
 

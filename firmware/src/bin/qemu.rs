@@ -1,0 +1,128 @@
+//! The Smart Car under QEMU: its pins, pulses and time are at the far end of USART1.
+//!
+//! Whoever is at the far end owns virtual time, the world and the sensors (`certainty run --on qemu`).
+//! Everything above the pins, drivers and executive included, is what is flashed.
+#![no_std]
+#![no_main]
+
+use certainty_firmware::board::Watchdog;
+use certainty_firmware::executive::{Dispatcher, DueQueue, Executive};
+use certainty_firmware::remote::{Link, Refused, RemoteClock, RemoteWatchdog, Request, wire};
+use certainty_firmware::smart_car::{SCHEDULE, SmartCar, remote_wiring};
+use cortex_m as _; // the critical section
+use stm32f1xx_hal::pac::{Peripherals, RCC, USART1};
+
+/// USART1 of the emulated chip; its bytes are the far end's.
+struct Usart(USART1);
+
+impl Usart {
+    /// QEMU passes bytes at once, so that the rate does not matter.
+    fn new(usart: USART1, rcc: &RCC) -> Self {
+        rcc.apb2enr().modify(|_, w| w.usart1en().enabled());
+        usart
+            .cr1()
+            .write(|w| w.ue().enabled().te().enabled().re().enabled());
+        Self(usart)
+    }
+
+    /// The far end takes what is sent: QEMU is never full.
+    fn write(&self, bytes: &[u8]) {
+        for &byte in bytes {
+            while self.0.sr().read().txe().bit_is_clear() {}
+            self.0.dr().write(|w| w.dr().set(byte.into()));
+        }
+    }
+
+    /// Waits for the far end, which ends the emulator when it has seen enough.
+    fn read(&self) -> u8 {
+        while self.0.sr().read().rxne().bit_is_clear() {}
+        self.0.dr().read().dr().bits().to_le_bytes()[0]
+    }
+}
+
+impl Link for Usart {
+    fn ask(&self, request: Request) -> Result<u32, Refused> {
+        self.write(&wire::encode(request));
+        let mut answer = [0; wire::ANSWER];
+        for byte in &mut answer {
+            *byte = self.read();
+        }
+        wire::answered(answer)
+    }
+
+    fn report(&self, frame: &[u8]) {
+        if let Ok(length) = u8::try_from(frame.len()) {
+            self.write(&[wire::REPORT, length]);
+            self.write(frame);
+        }
+    }
+}
+
+/// Tells how much of the stack is unused before the round's end is told.
+struct StackWatch<'a> {
+    link: &'a Usart,
+    watchdog: RemoteWatchdog<'a, Usart>,
+}
+
+impl Watchdog for StackWatch<'_> {
+    fn feed(&mut self) {
+        let _refused = self.link.ask(Request::Unused(stack::unused()));
+        self.watchdog.feed();
+    }
+}
+
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    if let Some(chip) = Peripherals::take() {
+        let link = Usart::new(chip.USART1, &chip.RCC);
+        if let Ok(mut car) = SmartCar::try_new(remote_wiring(&link)) {
+            let mut queue = DueQueue::new();
+            let (producer, mut consumer) = queue.split();
+            let clock = RemoteClock::new(&link, Dispatcher::new(&SCHEDULE), producer);
+            let watchdog = StackWatch {
+                link: &link,
+                watchdog: RemoteWatchdog::new(&link),
+            };
+            let mut executive = Executive::new(&SCHEDULE, clock, watchdog);
+            loop {
+                executive.step(&mut consumer, &mut car);
+            }
+        }
+    }
+    stop()
+}
+
+/// The far end notices that nothing comes any more.
+fn stop() -> ! {
+    loop {
+        cortex_m::asm::wfi();
+    }
+}
+
+#[panic_handler]
+fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
+    stop()
+}
+
+/// How deep the stack ever was, by the paint that is left (feature `paint-stack` of the runtime).
+mod stack {
+    use cortex_m_rt::STACK_PAINT_VALUE;
+
+    unsafe extern "C" {
+        static _stack_end: u32;
+        static _stack_start: u32;
+    }
+
+    /// Returns how many bytes next to the variables still have the runtime's paint.
+    pub(crate) fn unused() -> u32 {
+        let end = &raw const _stack_end;
+        let room = (&raw const _stack_start as usize).wrapping_sub(end as usize) / 4;
+        let painted = (0..room).take_while(|&word| {
+            // SAFETY: the words between the runtime's two symbols are RAM, aligned, and painted before
+            // `main`; they are only read, past the compiler's knowledge of the stack.
+            let value = unsafe { end.wrapping_add(word).read_volatile() };
+            value == STACK_PAINT_VALUE
+        });
+        painted.fold(0, |bytes, _| u32::wrapping_add(bytes, 4))
+    }
+}

@@ -1,0 +1,411 @@
+//! Pins, pulses and time at the far end of a link.
+//!
+//! Where a machine has no pins to speak of, as an emulator without them or a simulator, each
+//! embedded-hal call becomes a [`Request`], and whoever keeps virtual time, world and sensors answers
+//! it before anything else happens: both run in lock-step. A [`Link`] carries requests, over a serial
+//! line or as a plain call.
+
+use crate::board::{Board, Clock, Watchdog};
+use crate::executive::{Dispatcher, Due};
+use crate::stopwatch::Stopwatch;
+use crate::telemetry::Outbox;
+use certainty_core::units::Ticks;
+use core::fmt;
+use embedded_hal::delay::DelayNs;
+use embedded_hal::digital::{ErrorKind, ErrorType, InputPin, OutputPin};
+use embedded_hal::pwm::{self, SetDutyCycle};
+use heapless::spsc::Producer;
+
+/// A line between the board and a device.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Line {
+    /// To the pivoted sensor in this slot: starts it and clocks its bits.
+    Vin(u8),
+    /// From the pivoted sensor in this slot.
+    Vout(u8),
+    /// To the ranger in this slot.
+    Trigger(u8),
+    /// From the ranger in this slot.
+    Echo(u8),
+}
+
+/// What is asked of the far end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Request {
+    /// Drive a line high or low.
+    Drive(Line, bool),
+    /// Tell whether a line is high: 1 or 0.
+    Level(Line),
+    /// Give this servo pulses of so many microseconds.
+    Pulse(u8, u16),
+    /// Let so many nanoseconds pass.
+    Pass(u32),
+    /// Let time pass up to the next whole millisecond; tell which.
+    NextTick,
+    /// Tell the time in whole milliseconds.
+    Tick,
+    /// Tell the time in microseconds, modulo 2^32.
+    Micros,
+    /// The watchdog is fed.
+    Feed,
+    /// So many bytes of the stack were never used.
+    Unused(u32),
+}
+
+/// The far end refused, or cannot be understood.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Refused;
+
+impl fmt::Display for Refused {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("the far end did not do it")
+    }
+}
+
+impl core::error::Error for Refused {}
+
+/// Carries requests to the far end and brings its answers.
+pub trait Link {
+    /// Asks, and waits for the answer.
+    ///
+    /// # Errors
+    ///
+    /// [`Refused`] where the far end says no.
+    fn ask(&self, request: Request) -> Result<u32, Refused>;
+
+    /// Hands over a frame of telemetry.
+    fn report(&self, frame: &[u8]);
+}
+
+/// The wire form of requests and answers.
+pub mod wire {
+    use super::{Line, Request};
+
+    /// Bytes of a request: its kind, its place, its value with the lowest byte first.
+    pub const REQUEST: usize = 6;
+
+    /// Bytes of an answer: [`YES`] or [`NO`], and its value with the lowest byte first.
+    pub const ANSWER: usize = 5;
+
+    /// The request was carried out.
+    pub const YES: u8 = b'+';
+
+    /// It was not.
+    pub const NO: u8 = b'-';
+
+    /// Instead of a request: so many bytes of telemetry follow, which are not answered.
+    pub const REPORT: u8 = b'T';
+
+    /// The kind of [`Request::Feed`], with which a round ends.
+    pub const FEED: u8 = b'F';
+
+    const fn line(line: Line) -> (u8, u8) {
+        match line {
+            Line::Vin(slot) => (b'i', slot),
+            Line::Vout(slot) => (b'o', slot),
+            Line::Trigger(slot) => (b't', slot),
+            Line::Echo(slot) => (b'e', slot),
+        }
+    }
+
+    /// Returns the bytes of `request`.
+    ///
+    /// A line's letter is small where it is asked and large where it is driven.
+    #[must_use]
+    pub fn encode(request: Request) -> [u8; REQUEST] {
+        let (kind, place, value) = match request {
+            Request::Drive(at, high) => {
+                let (letter, slot) = line(at);
+                (letter.to_ascii_uppercase(), slot, u32::from(high))
+            }
+            Request::Level(at) => {
+                let (letter, slot) = line(at);
+                (letter, slot, 0)
+            }
+            Request::Pulse(servo, micros) => (b'P', servo, u32::from(micros)),
+            Request::Pass(nanoseconds) => (b'D', 0, nanoseconds),
+            Request::NextTick => (b'N', 0, 0),
+            Request::Tick => (b'n', 0, 0),
+            Request::Micros => (b'u', 0, 0),
+            Request::Feed => (FEED, 0, 0),
+            Request::Unused(bytes) => (b'S', 0, bytes),
+        };
+        let [a, b, c, d] = value.to_le_bytes();
+        [kind, place, a, b, c, d]
+    }
+
+    /// Returns the request that these bytes are; `None` if they are none.
+    #[must_use]
+    pub fn decode([kind, place, a, b, c, d]: [u8; REQUEST]) -> Option<Request> {
+        let value = u32::from_le_bytes([a, b, c, d]);
+        let line = |letter: u8| match letter {
+            b'i' => Some(Line::Vin(place)),
+            b'o' => Some(Line::Vout(place)),
+            b't' => Some(Line::Trigger(place)),
+            b'e' => Some(Line::Echo(place)),
+            _ => None,
+        };
+        Some(match kind {
+            b'P' => Request::Pulse(place, u16::try_from(value).ok()?),
+            b'D' => Request::Pass(value),
+            b'N' => Request::NextTick,
+            b'n' => Request::Tick,
+            b'u' => Request::Micros,
+            FEED => Request::Feed,
+            b'S' => Request::Unused(value),
+            b'i' | b'o' | b't' | b'e' => Request::Level(line(kind)?),
+            _ => Request::Drive(line(kind.to_ascii_lowercase())?, value != 0),
+        })
+    }
+
+    /// Returns the bytes of an answer.
+    #[must_use]
+    pub fn answer(answer: Result<u32, super::Refused>) -> [u8; ANSWER] {
+        let (kind, value) = match answer {
+            Ok(value) => (YES, value),
+            Err(super::Refused) => (NO, 0),
+        };
+        let [a, b, c, d] = value.to_le_bytes();
+        [kind, a, b, c, d]
+    }
+
+    /// Returns the answer that these bytes are; what is none is a refusal.
+    ///
+    /// # Errors
+    ///
+    /// [`super::Refused`] as the far end says, or where the bytes are no answer.
+    pub const fn answered([kind, a, b, c, d]: [u8; ANSWER]) -> Result<u32, super::Refused> {
+        if kind == YES {
+            Ok(u32::from_le_bytes([a, b, c, d]))
+        } else {
+            Err(super::Refused)
+        }
+    }
+}
+
+impl embedded_hal::digital::Error for Refused {
+    fn kind(&self) -> ErrorKind {
+        ErrorKind::Other
+    }
+}
+
+impl pwm::Error for Refused {
+    fn kind(&self) -> pwm::ErrorKind {
+        pwm::ErrorKind::Other
+    }
+}
+
+/// A line at the far end, which is driven or asked.
+#[derive(Debug)]
+pub struct RemotePin<'a, L> {
+    link: &'a L,
+    line: Line,
+}
+
+impl<'a, L> RemotePin<'a, L> {
+    /// Creates the near end of `line`.
+    pub const fn new(link: &'a L, line: Line) -> Self {
+        Self { link, line }
+    }
+}
+
+impl<L> ErrorType for RemotePin<'_, L> {
+    type Error = Refused;
+}
+
+impl<L: Link> OutputPin for RemotePin<'_, L> {
+    fn set_low(&mut self) -> Result<(), Refused> {
+        self.link.ask(Request::Drive(self.line, false)).map(drop)
+    }
+
+    fn set_high(&mut self) -> Result<(), Refused> {
+        self.link.ask(Request::Drive(self.line, true)).map(drop)
+    }
+}
+
+impl<L: Link> InputPin for RemotePin<'_, L> {
+    fn is_high(&mut self) -> Result<bool, Refused> {
+        let level = self.link.ask(Request::Level(self.line))?;
+        Ok(level != 0)
+    }
+
+    fn is_low(&mut self) -> Result<bool, Refused> {
+        self.is_high().map(|high| !high)
+    }
+}
+
+/// A servo's pulses at the far end; a duty step is a microsecond of 20 ms.
+#[derive(Debug)]
+pub struct RemotePwm<'a, L> {
+    link: &'a L,
+    servo: u8,
+}
+
+impl<'a, L> RemotePwm<'a, L> {
+    /// Creates the near end of the pulses of the servo in this slot.
+    pub const fn new(link: &'a L, servo: u8) -> Self {
+        Self { link, servo }
+    }
+}
+
+impl<L> pwm::ErrorType for RemotePwm<'_, L> {
+    type Error = Refused;
+}
+
+impl<L: Link> SetDutyCycle for RemotePwm<'_, L> {
+    fn max_duty_cycle(&self) -> u16 {
+        20_000
+    }
+
+    fn set_duty_cycle(&mut self, duty: u16) -> Result<(), Refused> {
+        self.link.ask(Request::Pulse(self.servo, duty)).map(drop)
+    }
+}
+
+/// The far end's time: waits, stopwatch and the schedule's clock.
+#[derive(Debug)]
+pub struct RemoteTime<'a, L> {
+    link: &'a L,
+}
+
+impl<'a, L> RemoteTime<'a, L> {
+    /// Creates the near end of time.
+    pub const fn new(link: &'a L) -> Self {
+        Self { link }
+    }
+}
+
+impl<L: Link> DelayNs for RemoteTime<'_, L> {
+    fn delay_ns(&mut self, ns: u32) {
+        // A refusal lets no time pass: whoever waits for something has counted its waits.
+        let _refused = self.link.ask(Request::Pass(ns));
+    }
+}
+
+impl<L: Link> Stopwatch for RemoteTime<'_, L> {
+    fn micros(&mut self) -> u32 {
+        self.link.ask(Request::Micros).unwrap_or_default()
+    }
+}
+
+/// Hands frames of telemetry to the far end.
+#[derive(Debug)]
+pub struct RemoteOutbox<'a, L> {
+    link: &'a L,
+}
+
+impl<'a, L> RemoteOutbox<'a, L> {
+    /// Creates the near end of the outbox.
+    pub const fn new(link: &'a L) -> Self {
+        Self { link }
+    }
+}
+
+impl<L: Link> Outbox for RemoteOutbox<'_, L> {
+    fn send(&mut self, frame: &[u8]) -> bool {
+        self.link.report(frame);
+        true
+    }
+}
+
+/// A watchdog at the far end.
+#[derive(Debug)]
+pub struct RemoteWatchdog<'a, L> {
+    link: &'a L,
+}
+
+impl<'a, L> RemoteWatchdog<'a, L> {
+    /// Creates the near end of the watchdog.
+    pub const fn new(link: &'a L) -> Self {
+        Self { link }
+    }
+}
+
+impl<L: Link> Watchdog for RemoteWatchdog<'_, L> {
+    fn feed(&mut self) {
+        // Refused food is what a hungry watchdog notices by itself.
+        let _refused = self.link.ask(Request::Feed);
+    }
+}
+
+/// The far end's milliseconds as the schedule's clock.
+///
+/// It is the tick interrupt too: every millisecond that passed, wherever it did, reaches the
+/// dispatcher before the main loop looks at its queue again.
+#[expect(
+    missing_debug_implementations,
+    reason = "a queue's end is not printable"
+)]
+pub struct RemoteClock<'a, 'q, L, const SLOTS: usize, const STATIONS: usize> {
+    link: &'a L,
+    dispatcher: Dispatcher<SLOTS, STATIONS>,
+    queue: Producer<'q, Due>,
+    ticking: bool,
+}
+
+impl<'a, 'q, L: Link, const SLOTS: usize, const STATIONS: usize>
+    RemoteClock<'a, 'q, L, SLOTS, STATIONS>
+{
+    /// Creates the clock, with the dispatcher that it drives.
+    pub const fn new(
+        link: &'a L,
+        dispatcher: Dispatcher<SLOTS, STATIONS>,
+        queue: Producer<'q, Due>,
+    ) -> Self {
+        Self {
+            link,
+            dispatcher,
+            queue,
+            ticking: false,
+        }
+    }
+
+    /// Ticks up to and including `tick`, unless that has been.
+    fn catch_up(&mut self, tick: u32) {
+        let behind = tick.wrapping_sub(self.dispatcher.now().get());
+        if behind < 1 << 31 {
+            (0..behind).for_each(|_| self.dispatcher.tick(&mut self.queue));
+        }
+    }
+}
+
+impl<L: Link, const SLOTS: usize, const STATIONS: usize> Clock
+    for RemoteClock<'_, '_, L, SLOTS, STATIONS>
+{
+    fn now(&mut self) -> Ticks {
+        if let Ok(tick) = self.link.ask(Request::Tick) {
+            self.catch_up(tick);
+        }
+        self.dispatcher.now()
+    }
+
+    fn sleep(&mut self) {
+        // The first tick is the one at which the clock stands.
+        let request = if self.ticking {
+            Request::NextTick
+        } else {
+            Request::Tick
+        };
+        if let Ok(tick) = self.link.ask(request) {
+            self.ticking = true;
+            self.catch_up(tick);
+        }
+    }
+}
+
+/// A board whose every connection is at the far end of `L`.
+#[derive(Debug)]
+pub struct RemoteBoard<'a, L>(core::marker::PhantomData<&'a L>);
+
+impl<'a, L: Link> Board for RemoteBoard<'a, L> {
+    type Vin = RemotePin<'a, L>;
+    type Vout = RemotePin<'a, L>;
+    type Pwm = RemotePwm<'a, L>;
+    type Trigger = RemotePin<'a, L>;
+    type Echo = RemotePin<'a, L>;
+    type Delay = RemoteTime<'a, L>;
+    type Stopwatch = RemoteTime<'a, L>;
+    type Outbox = RemoteOutbox<'a, L>;
+}

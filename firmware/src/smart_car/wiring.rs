@@ -1,0 +1,27 @@
+//! The car's wiring where every connection is at the far end of a link.
+
+use super::{HEADS, RANGERS};
+use crate::board::{HeadWires, RangerWires, Wiring};
+use crate::remote::{Line, Link, RemoteBoard, RemoteOutbox, RemotePin, RemotePwm, RemoteTime};
+
+/// Returns the wiring of a car whose pins, pulses and time are at the far end of `link`.
+pub fn remote_wiring<L: Link>(
+    link: &L,
+) -> Wiring<RemoteBoard<'_, L>, { HEADS as usize }, { RANGERS as usize }> {
+    let head = |slot| HeadWires {
+        vin: RemotePin::new(link, Line::Vin(slot)),
+        vout: RemotePin::new(link, Line::Vout(slot)),
+        pwm: RemotePwm::new(link, slot),
+    };
+    let ranger = |slot| RangerWires {
+        trigger: RemotePin::new(link, Line::Trigger(slot)),
+        echo: RemotePin::new(link, Line::Echo(slot)),
+    };
+    Wiring {
+        heads: [head(0), head(1), head(2)],
+        rangers: [ranger(0), ranger(1)],
+        delay: RemoteTime::new(link),
+        stopwatch: RemoteTime::new(link),
+        outbox: RemoteOutbox::new(link),
+    }
+}

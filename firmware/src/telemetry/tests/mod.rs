@@ -1,0 +1,262 @@
+//! A sender and a receiver with something between them.
+
+mod damage;
+mod frames;
+mod map;
+
+use super::*;
+use crate::smart_car::{CELLS, SmartCarShape};
+use certainty_core::certainty::Certainty;
+use certainty_core::fusion::{Cell, CertaintyGrid, Environment, Geometry, Measurement, Shape};
+use certainty_core::health::{Confidence, Health, Status};
+use certainty_core::sensor::SensorId;
+use certainty_core::transducer::{Missing, Reading};
+use certainty_core::units::{BinaryAngle, Millimeters, Point, Pose, Ticks};
+use proptest::prelude::*;
+
+/// A grid whose cells are what a test makes them.
+struct Drawn {
+    geometry: Geometry,
+    cells: Vec<u8>,
+}
+
+impl Drawn {
+    fn smart_car(cells: &[u8; CELLS]) -> Self {
+        Self {
+            geometry: SmartCarShape.geometry(),
+            cells: cells.to_vec(),
+        }
+    }
+}
+
+impl CertaintyGrid for Drawn {
+    fn geometry(&self) -> Geometry {
+        self.geometry
+    }
+
+    fn add(&mut self, cell: Cell, measurement: Measurement, _sensors: &mut [Health]) {
+        self.cells[cell.index()] = measurement.certainty.to_bits();
+    }
+
+    fn certainty(&self, cell: Cell) -> Certainty {
+        Certainty::from_bits(self.cells[cell.index()])
+    }
+
+    fn memory_bytes(&self) -> usize {
+        self.cells.len()
+    }
+}
+
+/// An outbox that keeps everything, and room for so many frames more.
+#[derive(Debug, Clone, Default)]
+struct Line {
+    bytes: Vec<u8>,
+    room: Option<usize>,
+}
+
+impl Outbox for Line {
+    fn send(&mut self, frame: &[u8]) -> bool {
+        match &mut self.room {
+            Some(0) => return false,
+            Some(room) => *room -= 1,
+            None => {}
+        }
+        self.bytes.extend_from_slice(frame);
+        true
+    }
+}
+
+const HELLO: Hello = Hello {
+    geometry: match Geometry::try_new(17, 11, Millimeters::new(100), Point::from_mm(-850, 0)) {
+        Ok(geometry) => geometry,
+        Err(_) => panic!("no such grid"),
+    },
+    sensors: 3,
+    rangers: 2,
+    round_ms: 100,
+};
+
+fn reporter(keyframe_every: u16) -> Reporter<Line, CELLS> {
+    Reporter::try_new(Line::default(), HELLO, keyframe_every).unwrap()
+}
+
+/// A receiver, and every map that it showed as complete.
+struct Receiver {
+    decoder: Decoder,
+    view: MapView<[u8; CELLS]>,
+    reports: Vec<Report>,
+    complete: Vec<Vec<u8>>,
+}
+
+impl Receiver {
+    fn new() -> Self {
+        Self {
+            decoder: Decoder::new(),
+            view: MapView::new([7; CELLS], [7; CELLS]),
+            reports: Vec::new(),
+            complete: Vec::new(),
+        }
+    }
+
+    fn hear(&mut self, bytes: &[u8]) {
+        for &byte in bytes {
+            let Some(heard) = self.decoder.push(byte) else {
+                continue;
+            };
+            if let Ok(frame) = heard {
+                self.view.take(&frame.report);
+                self.reports.push(frame.report);
+            }
+            if let MapState::Complete { .. } = self.view.state() {
+                self.complete.push(self.cells());
+            }
+        }
+        self.decoder.finish();
+    }
+
+    fn cells(&self) -> Vec<u8> {
+        self.view.cells().map(Certainty::to_bits).collect()
+    }
+}
+
+/// What `bytes` are heard as.
+fn heard(bytes: &[u8]) -> Receiver {
+    let mut receiver = Receiver::new();
+    receiver.hear(bytes);
+    receiver
+}
+
+/// A run of rounds: the bytes on the line, what was reported, and the maps that were sent.
+struct Sent {
+    bytes: Vec<u8>,
+    reports: Vec<Report>,
+    maps: Vec<Vec<u8>>,
+}
+
+/// Rounds of a robot whose map changes in `seed`'s way: maps, health and statistics.
+fn rounds(count: u32, seed: u32, keyframe_every: u16) -> Sent {
+    let mut reporter = reporter(keyframe_every);
+    let mut cells = [128_u8; CELLS];
+    let mut dice = seed | 1;
+    let mut maps = Vec::new();
+    for round in 0..count {
+        for _ in 0..9 {
+            dice ^= dice << 13;
+            dice ^= dice >> 17;
+            dice ^= dice << 5;
+            cells[dice as usize % CELLS] = (dice >> 16) as u8;
+        }
+        let grid = Drawn::smart_car(&cells);
+        let health = [Health::default(); 3];
+        let map = Environment::new(&grid, &health);
+        // The grid stands still while a generation goes out, so that its map is known.
+        while !reporter.send_map(&map, 2) {}
+        maps.push(cells.to_vec());
+        reporter.send_health(&map);
+        reporter.send(&Report::Statistics(Statistics {
+            round,
+            ..Statistics::default()
+        }));
+    }
+    let bytes = reporter.release().bytes;
+    let reports = heard(&bytes).reports;
+    Sent {
+        bytes,
+        reports,
+        maps,
+    }
+}
+
+fn readings() -> impl Strategy<Value = Reading> {
+    prop_oneof![
+        any::<u32>().prop_map(|mm| Reading::Echo(Millimeters::new(mm))),
+        Just(Reading::NoObject),
+        Just(Reading::TooNear),
+        Just(Reading::Missing(Missing::Timeout)),
+        Just(Reading::Missing(Missing::Bus)),
+        Just(Reading::Missing(Missing::Implausible)),
+    ]
+}
+
+fn sensors() -> impl Strategy<Value = SensorId> {
+    (1..=u8::MAX).prop_map(|number| SensorId::new(number).unwrap())
+}
+
+fn geometries() -> impl Strategy<Value = Geometry> {
+    let sizes = (1..=u16::MAX, 1..=u16::MAX, 1..=4096_u32);
+    let corners = (-(1 << 28)..=0, -(1 << 28)..=0);
+    (sizes, corners).prop_map(|((columns, rows, cell), (x, y))| {
+        let cell = Millimeters::new(cell);
+        Geometry::try_new(columns, rows, cell, Point::from_mm(x, y)).unwrap()
+    })
+}
+
+fn map_parts() -> impl Strategy<Value = MapPart> {
+    let end = prop::option::of(
+        (any::<u16>(), any::<u32>()).prop_map(|(cells, digest)| MapEnd { cells, digest }),
+    );
+    let cells = prop::collection::vec(any::<u8>(), 0..=PART_CELLS);
+    (any::<u16>(), any::<u16>(), cells, end).prop_map(|(generation, start, cells, end)| MapPart {
+        generation,
+        start,
+        cells: cells.into_iter().collect(),
+        end,
+    })
+}
+
+fn reports() -> impl Strategy<Value = Report> {
+    let status = prop::sample::select(vec![
+        Status::Healthy,
+        Status::Suspect,
+        Status::Failed,
+        Status::Recovering,
+    ]);
+    let counts = any::<[u32; 4]>();
+    prop_oneof![
+        (geometries(), any::<(u8, u8, u32)>()).prop_map(
+            |(geometry, (sensors, rangers, round_ms))| {
+                Report::Hello(Hello {
+                    geometry,
+                    sensors,
+                    rangers,
+                    round_ms,
+                })
+            }
+        ),
+        map_parts().prop_map(Report::Map),
+        any::<(i32, i32, u16)>().prop_map(|(x, y, heading)| {
+            let heading = BinaryAngle::from_bits(heading);
+            Report::Pose(Pose::new(Point::from_mm(x, y), heading))
+        }),
+        (sensors(), any::<u16>(), readings()).prop_map(|(sensor, direction, reading)| {
+            Report::Head(Head {
+                sensor,
+                direction: BinaryAngle::from_bits(direction),
+                reading,
+            })
+        }),
+        (sensors(), status, any::<u16>(), counts.clone()).prop_map(
+            |(sensor, status, confidence, [readings, missing, confirmations, contradictions])| {
+                Report::Health(SensorHealth {
+                    sensor,
+                    status,
+                    confidence: Confidence::from_bits(confidence),
+                    readings,
+                    missing,
+                    confirmations,
+                    contradictions,
+                })
+            }
+        ),
+        (any::<u8>(), readings())
+            .prop_map(|(number, reading)| Report::Ranger(Ranger { number, reading })),
+        counts.prop_map(|[round, tick, overruns, unsent]| {
+            Report::Statistics(Statistics {
+                round,
+                tick: Ticks::new(tick),
+                overruns,
+                unsent,
+            })
+        }),
+    ]
+}

@@ -1,0 +1,117 @@
+//! A firmware image: where it is, and what it takes of the microcontroller.
+
+use super::BackendError;
+use core::fmt;
+use object::{Object, ObjectSection, ObjectSymbol, SectionKind};
+use serde::Serialize;
+use std::env;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// What an image takes before its first instruction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Sizes {
+    /// Code, constants and the first values of variables.
+    pub flash_bytes: u32,
+    /// Variables, without the stack.
+    pub static_ram_bytes: u32,
+}
+
+/// A firmware image that was read.
+#[derive(Debug, Clone)]
+pub struct Image {
+    path: PathBuf,
+    bytes: Vec<u8>,
+    sizes: Sizes,
+    stack_room: u32,
+}
+
+/// Where `cargo firmware` leaves its images, seen from the folder of build results.
+const BUILT: &str = "thumbv7m-none-eabi/firmware";
+
+impl Image {
+    /// Reads the image at `path`, or, without one, the image called `name` of this build.
+    ///
+    /// # Errors
+    ///
+    /// [`BackendError::NoImage`] where there is none, [`BackendError::BadImage`] where it is no
+    /// program for a microcontroller.
+    pub fn load(path: Option<&Path>, name: &str) -> Result<Self, BackendError> {
+        let path = path.map_or_else(|| built(name), Path::to_path_buf);
+        let bytes = fs::read(&path).map_err(|error| BackendError::NoImage {
+            path: path.clone(),
+            why: error.to_string(),
+        })?;
+        let bad = |why: &dyn fmt::Display| BackendError::BadImage {
+            path: path.clone(),
+            why: why.to_string(),
+        };
+        let file = object::File::parse(&*bytes).map_err(|error| bad(&error))?;
+        let sizes = sizes(&file);
+        let symbol = |name| file.symbols().find(|symbol| symbol.name() == Ok(name));
+        let (Some(top), Some(bottom)) = (symbol("_stack_start"), symbol("__sheap")) else {
+            return Err(bad(&"it has no stack"));
+        };
+        let stack_room = top.address().saturating_sub(bottom.address());
+        let stack_room = u32::try_from(stack_room).map_err(|error| bad(&error))?;
+        Ok(Self {
+            path,
+            sizes,
+            stack_room,
+            bytes,
+        })
+    }
+
+    /// Returns where the image is.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Returns the file's bytes.
+    #[must_use]
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+
+    /// Returns what the image takes.
+    #[must_use]
+    pub const fn sizes(&self) -> Sizes {
+        self.sizes
+    }
+
+    /// Returns the bytes between the variables and the top of the stack.
+    #[must_use]
+    pub const fn stack_room(&self) -> u32 {
+        self.stack_room
+    }
+}
+
+/// Where this build's images are: beside the folder that the program itself is in.
+fn built(name: &str) -> PathBuf {
+    let program = env::current_exe().unwrap_or_default();
+    let results = program.ancestors().find(|folder| folder.join(BUILT).is_dir());
+    results.unwrap_or(Path::new("target")).join(BUILT).join(name)
+}
+
+/// Sums up the sections that are loaded: initialised variables are in both memories.
+fn sizes(file: &object::File<'_>) -> Sizes {
+    let (mut flash, mut ram) = (0_u64, 0_u64);
+    for section in file.sections() {
+        let size = section.size();
+        match section.kind() {
+            SectionKind::Text | SectionKind::ReadOnlyData => flash += size,
+            SectionKind::Data => {
+                flash += size;
+                ram += size;
+            }
+            SectionKind::UninitializedData => ram += size,
+            _ => {}
+        }
+    }
+    let whole = |bytes| u32::try_from(bytes).unwrap_or(u32::MAX);
+    Sizes {
+        flash_bytes: whole(flash),
+        static_ram_bytes: whole(ram),
+    }
+}
