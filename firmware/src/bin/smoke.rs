@@ -5,6 +5,7 @@
 use certainty_firmware::rehearsal;
 use cortex_m as _; // the critical section
 use cortex_m_semihosting::{debug, hprintln};
+use stm32f1xx_hal as _; // the interrupt vectors
 
 #[cortex_m_rt::entry]
 fn main() -> ! {

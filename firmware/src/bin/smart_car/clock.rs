@@ -62,7 +62,10 @@ fn SysTick() {
     if let Some(handed) = HANDED {
         handed.dispatcher.tick(&mut handed.queue);
     }
-    TICKS.store(TICKS.load(Ordering::Relaxed).wrapping_add(1), Ordering::Relaxed);
+    TICKS.store(
+        TICKS.load(Ordering::Relaxed).wrapping_add(1),
+        Ordering::Relaxed,
+    );
     TICKED.store(true, Ordering::Relaxed);
 }
 

@@ -23,7 +23,12 @@ impl<B: Board> Application for Logged<B> {
     }
 
     fn skip(&mut self, activity: Activity, due: Due) {
-        defmt::warn!("round {}: slot {} skipped: {}", due.round, due.slot, activity);
+        defmt::warn!(
+            "round {}: slot {} skipped: {}",
+            due.round,
+            due.slot,
+            activity
+        );
         self.0.skip(activity, due);
     }
 }

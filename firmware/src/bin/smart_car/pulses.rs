@@ -36,9 +36,18 @@ impl Timer {
     pub(crate) const fn channels(&self) -> [Pulses<'_>; 3] {
         let timer = &self.0;
         [
-            Pulses { timer, channel: Channel::One },
-            Pulses { timer, channel: Channel::Two },
-            Pulses { timer, channel: Channel::Three },
+            Pulses {
+                timer,
+                channel: Channel::One,
+            },
+            Pulses {
+                timer,
+                channel: Channel::Two,
+            },
+            Pulses {
+                timer,
+                channel: Channel::Three,
+            },
         ]
     }
 }
