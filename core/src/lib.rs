@@ -17,7 +17,9 @@
 //! | \[000\] §3.2, \[001\] §4 median selection | [`fusion::MedianGrid`] |
 //! | \[001\] §3 eq. 1, Bayes | [`fusion::BayesGrid`], [`fusion::LogOdds`] |
 //! | \[001\] §5 Fig. 3, `AddToGrid` | [`fusion::RobustGrid`] |
+//! | \[001\] §6.1 *no object* by fluctuation | [`transducer::Fluctuation`] |
 //! | \[001\] §7, memory | [`fusion::owner_bytes`] |
+//! | \[002\] Fig. 1, local sensor validation | [`transducer::Validator`] |
 //! | \[002\] Fig. 1, data flow | [`fusion::Mapper`] |
 //!
 //! No heap, no clock, no I/O, no `unsafe`, no panic. The grid's path is integers only: the same

@@ -125,7 +125,7 @@ pub enum ScheduleError {
         /// The first round in which they do, counted from 0.
         step: u32,
     },
-    /// Two sensors measure at the same time, and their sweeps meet in more ways than can be checked.
+    /// Two sensors measure at the same time, and their sweeps meet in more ways than are checked.
     TooManySteps {
         /// The one.
         first: SensorId,

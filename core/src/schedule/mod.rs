@@ -1,9 +1,9 @@
 //! The time-triggered round: what is done when, as checked constant data.
 //!
-//! A round is a list of slots that is worked off again and again. Everything that a wrong list could
-//! do to the readings is refused when the [`Schedule`] is built, which is before the program is if
-//! the schedule is a constant: a head still swings when its sensor looks, a conversion is read too
-//! early, two sensors see each other's light (\[000\] §3), a sensor never has its turn.
+//! A round is a list of slots that is worked off again and again. Everything that a wrong list
+//! could do to the readings is refused when the [`Schedule`] is built, which is before the program
+//! is if the schedule is a constant: a head still swings when its sensor looks, a conversion is
+//! read too early, two sensors see each other's light (\[000\] §3), a sensor never has its turn.
 //!
 //! A round is complete in itself: a sensor moves, measures and is fused in the same one, in this
 //! order. The order of the `Fuse` slots is the order of updates, on which the robust grid's values

@@ -167,6 +167,7 @@ impl<B: Board> SmartCar<B> {
                 sensor,
                 direction: head.direction(),
                 reading: head.reading(),
+                finding: head.finding(),
             }));
         }
         for (number, ranger) in (1..=RANGERS).zip(&self.rangers) {

@@ -1,11 +1,11 @@
 //! A pivoted infrared sensor: servo, GP2D02, calibration and validation.
 
-use super::beam_model;
+use super::{VALIDATION, beam_model};
 use crate::board::{Board, HeadWires};
 use crate::gp2d02::Gp2d02;
 use crate::servo::Servo;
 use certainty_core::fusion::BeamModel;
-use certainty_core::transducer::{Calibration, Missing, Reading};
+use certainty_core::transducer::{Calibration, Finding, Missing, Reading, Validator};
 use certainty_core::units::{BinaryAngle, Ticks};
 use embedded_hal::delay::DelayNs;
 
@@ -17,9 +17,11 @@ pub(super) struct Head<B: Board> {
     sensor: Gp2d02<B::Vin, B::Vout>,
     calibration: Calibration,
     model: BeamModel,
+    validator: Validator,
     direction: BinaryAngle,
     trouble: Option<Missing>,
     reading: Reading,
+    finding: Finding,
 }
 
 impl<B: Board> Head<B> {
@@ -30,9 +32,11 @@ impl<B: Board> Head<B> {
             sensor: Gp2d02::new(wires.vin, wires.vout),
             calibration: unit.calibration,
             model: beam_model(unit.accuracy),
+            validator: Validator::new(),
             direction: BinaryAngle::ZERO,
             trouble: Some(Missing::Late),
             reading: Reading::Missing(Missing::Late),
+            finding: Finding::Missing,
         }
     }
 
@@ -60,14 +64,18 @@ impl<B: Board> Head<B> {
             Ok(raw) => self.calibration.reading(raw),
             Err(why) => Reading::Missing(why),
         };
-        let _ = now;
-        self.reading = reading;
+        let validated = self
+            .validator
+            .validate(&VALIDATION, reading, answer.ok(), self.direction, now);
+        self.reading = validated.reading;
+        self.finding = validated.finding;
     }
 
     /// Is told that a slot of its turn was skipped.
     pub(super) fn miss(&mut self) {
         self.trouble = Some(Missing::Late);
         self.reading = Reading::Missing(Missing::Late);
+        self.finding = Finding::Missing;
     }
 
     /// Returns where it looks, as seen from its place on the car.
@@ -78,6 +86,11 @@ impl<B: Board> Head<B> {
     /// Returns the last reading.
     pub(super) const fn reading(&self) -> Reading {
         self.reading
+    }
+
+    /// Returns what the validation found.
+    pub(super) const fn finding(&self) -> Finding {
+        self.finding
     }
 
     /// Returns how the readings are interpreted.

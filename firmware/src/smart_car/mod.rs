@@ -13,7 +13,7 @@
 use crate::ranger::RangerLimits;
 use crate::servo::ServoModel;
 use certainty_core::fusion::{BeamConfig, BeamModel, Geometry, RobustGrid, Shape, owner_bytes};
-use certainty_core::transducer::Sweep;
+use certainty_core::transducer::{Sweep, ValidationConfig, ValidationRules};
 use certainty_core::units::{BinaryAngle, Millimeters, Point, Pose};
 use fixed::types::U0F16;
 
@@ -48,6 +48,22 @@ pub const SERVO: ServoModel = ServoModel::COMMON;
 
 /// What the fixed rangers can tell.
 pub const RANGER: RangerLimits = RangerLimits::SRF04;
+
+/// What a reading of a head is checked against: the range, the same word for a whole sweep, and a jump
+/// from one sweep to the next in a world that stands still.
+pub const VALIDATION: ValidationRules = match ValidationRules::try_new(ValidationConfig::sweeping(
+    NEAREST,
+    FARTHEST,
+    0,
+    SWEEP.directions(),
+    SWEEP_MS,
+)) {
+    Ok(rules) => rules,
+    Err(_) => panic!("no such rules"),
+};
+
+/// How long a sweep takes, in ms: a round a direction.
+const SWEEP_MS: u32 = round::PERIOD_MS as u32 * SWEEP.directions() as u32;
 
 /// The car's pose in its grid: in the middle of the lower edge, looking up.
 pub const POSE: Pose = Pose::new(Point::ORIGIN, BinaryAngle::QUARTER);

@@ -5,7 +5,7 @@ use certainty_core::certainty::Certainty;
 use certainty_core::fusion::Geometry;
 use certainty_core::health::{Confidence, Health, Status};
 use certainty_core::sensor::SensorId;
-use certainty_core::transducer::Reading;
+use certainty_core::transducer::{Finding, Reading};
 use certainty_core::units::{BinaryAngle, Pose, Ticks};
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
@@ -101,6 +101,9 @@ pub struct Head {
     /// What it said.
     #[serde(with = "wire::WireReading")]
     pub reading: Reading,
+    /// What the local validation found.
+    #[serde(with = "wire::WireFinding")]
+    pub finding: Finding,
 }
 
 /// The record of a sensor, as [`Health`] keeps it.

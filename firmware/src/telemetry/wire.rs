@@ -7,7 +7,7 @@
 use certainty_core::fusion::Geometry;
 use certainty_core::health::{Confidence, Status};
 use certainty_core::sensor::SensorId;
-use certainty_core::transducer::{Missing, Reading};
+use certainty_core::transducer::{Finding, Missing, Reading};
 use certainty_core::units::{BinaryAngle, Millimeters, Point, Pose, Ticks};
 use serde::{Deserialize, Serialize};
 
@@ -170,6 +170,17 @@ pub(super) enum WireMissing {
     Bus,
     Implausible,
     Late,
+}
+
+/// A [`Finding`].
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Finding")]
+pub(super) enum WireFinding {
+    Plausible,
+    Jump,
+    OutOfRange,
+    StuckAt,
+    Missing,
 }
 
 /// A [`Status`].
