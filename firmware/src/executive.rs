@@ -5,9 +5,9 @@
 //! *skipped*, told to the application and counted: so an overrun never delays the slot after it.
 
 use crate::board::{Clock, Watchdog};
+use crate::mailbox::Mailbox;
 use certainty_core::schedule::{Activity, Schedule};
 use certainty_core::units::Ticks;
-use heapless::spsc::{Consumer, Producer, Queue};
 
 /// A slot whose time has come.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -22,7 +22,7 @@ pub struct Due {
 }
 
 /// Where due slots wait for the main loop: room for three of them.
-pub type DueQueue = Queue<Due, 4>;
+pub type DueQueue = Mailbox<Due, 4>;
 
 /// Turns ticks into due slots.
 ///
@@ -52,7 +52,7 @@ impl<const SLOTS: usize, const STATIONS: usize> Dispatcher<SLOTS, STATIONS> {
     /// Takes one tick; puts the slot that begins with it, if any, into `queue`.
     ///
     /// Where the queue is full the slot is lost, and the main loop notices by the gap.
-    pub fn tick(&mut self, queue: &mut Producer<'_, Due>) {
+    pub fn tick(&mut self, queue: &DueQueue) {
         self.now = Ticks::new(self.now.get().wrapping_add(1));
         let due = self.schedule.slots().get(usize::from(self.next));
         if due.is_some_and(|slot| slot.at == self.in_round) {
@@ -62,7 +62,7 @@ impl<const SLOTS: usize, const STATIONS: usize> Dispatcher<SLOTS, STATIONS> {
                 at: self.now,
             };
             // A full queue is an overrun of several slots, which the gap tells.
-            let _full = queue.enqueue(due);
+            let _full = queue.put(due);
             self.next = self.next.wrapping_add(1);
         }
         self.in_round = self.in_round.wrapping_add(1);
@@ -136,8 +136,8 @@ impl<C: Clock, W: Watchdog, const SLOTS: usize, const STATIONS: usize>
     ///
     /// The watchdog is fed where a round ends: by then the interrupt has handed over, and the main
     /// loop has come round to, every slot.
-    pub fn step(&mut self, queue: &mut Consumer<'_, Due>, application: &mut impl Application) {
-        let Some(due) = queue.dequeue() else {
+    pub fn step(&mut self, queue: &DueQueue, application: &mut impl Application) {
+        let Some(due) = queue.take() else {
             self.clock.sleep();
             return;
         };

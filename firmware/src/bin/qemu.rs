@@ -76,16 +76,15 @@ fn main() -> ! {
     if let Some(chip) = Peripherals::take() {
         let link = Usart::new(chip.USART1, &chip.RCC);
         if let Ok(mut car) = SmartCar::try_new(remote_wiring(&link)) {
-            let mut queue = DueQueue::new();
-            let (producer, mut consumer) = queue.split();
-            let clock = RemoteClock::new(&link, Dispatcher::new(&SCHEDULE), producer);
+            let queue = DueQueue::new();
+            let clock = RemoteClock::new(&link, Dispatcher::new(&SCHEDULE), &queue);
             let watchdog = StackWatch {
                 link: &link,
                 watchdog: RemoteWatchdog::new(&link),
             };
             let mut executive = Executive::new(&SCHEDULE, clock, watchdog);
             loop {
-                executive.step(&mut consumer, &mut car);
+                executive.step(&queue, &mut car);
             }
         }
     }

@@ -194,8 +194,12 @@ impl ServoModel {
         let travel = distance
             .wrapping_mul(self.config.sixth_ms as u32)
             .wrapping_mul(3);
-        let quarter = self.config.quarter_us.unsigned_abs() as u32;
-        let travel = travel.div_ceil(quarter.wrapping_mul(2));
+        let half_turn = (self.config.quarter_us.unsigned_abs() as u32).wrapping_mul(2);
+        let rounding_up = travel.wrapping_add(half_turn.wrapping_sub(1));
+        let travel = match rounding_up.checked_div(half_turn) {
+            Some(travel) => travel,
+            None => 0, // a quarter turn changes the pulse
+        };
         travel.wrapping_add((self.config.period_us as u32).div_ceil(1_000))
     }
 }

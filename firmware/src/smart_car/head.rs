@@ -64,9 +64,9 @@ impl<B: Board> Head<B> {
             Ok(raw) => self.calibration.reading(raw),
             Err(why) => Reading::Missing(why),
         };
-        let validated = self
-            .validator
-            .validate(&VALIDATION, reading, answer.ok(), self.direction, now);
+        let validated =
+            self.validator
+                .validate(&VALIDATION, reading, answer.ok(), self.direction, now);
         self.reading = validated.reading;
         self.finding = validated.finding;
     }

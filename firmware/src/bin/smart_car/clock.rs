@@ -2,18 +2,15 @@
 
 use certainty_core::units::Ticks;
 use certainty_firmware::board;
-use certainty_firmware::executive::{self, Due};
-use certainty_firmware::smart_car::{SLOTS, STATIONS};
+use certainty_firmware::executive::{Dispatcher, DueQueue};
+use certainty_firmware::smart_car::{SCHEDULE, SLOTS, STATIONS};
 use certainty_firmware::stopwatch::Stopwatch;
-use core::cell::Cell;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use cortex_m::asm;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::peripheral::{SCB, SYST};
 use cortex_m_rt::exception;
-use critical_section::Mutex;
 use embedded_hal::delay::DelayNs;
-use heapless::spsc::Producer;
 
 /// Cycles in a microsecond: the internal oscillator has 8 MHz.
 const CYCLES_PER_US: u32 = 8;
@@ -21,16 +18,8 @@ const CYCLES_PER_US: u32 = 8;
 /// Cycles from one tick to the next.
 const CYCLES_PER_TICK: u32 = 1000 * CYCLES_PER_US;
 
-type Dispatcher = executive::Dispatcher<SLOTS, STATIONS>;
-
-/// What the tick interrupt works with.
-struct Handover {
-    dispatcher: Dispatcher,
-    queue: Producer<'static, Due>,
-}
-
-/// Lies here until the interrupt comes for it.
-static HANDOVER: Mutex<Cell<Option<Handover>>> = Mutex::new(Cell::new(None));
+/// Where what is due waits for the main loop.
+pub(crate) static DUE: DueQueue = DueQueue::new();
 
 /// Ticks so far, modulo 2^32.
 static TICKS: AtomicU32 = AtomicU32::new(0);
@@ -39,11 +28,7 @@ static TICKS: AtomicU32 = AtomicU32::new(0);
 static TICKED: AtomicBool = AtomicBool::new(false);
 
 /// Starts the ticks; the first comes in a millisecond.
-pub(crate) fn start(systick: &mut SYST, dispatcher: Dispatcher, queue: Producer<'static, Due>) {
-    critical_section::with(|section| {
-        let handover = Handover { dispatcher, queue };
-        HANDOVER.borrow(section).set(Some(handover));
-    });
+pub(crate) fn start(systick: &mut SYST) {
     systick.set_clock_source(SystClkSource::Core);
     systick.set_reload(CYCLES_PER_TICK - 1);
     systick.clear_current();
@@ -54,14 +39,9 @@ pub(crate) fn start(systick: &mut SYST, dispatcher: Dispatcher, queue: Producer<
 /// Only hands over: what is due waits in the queue for the main loop.
 #[exception]
 fn SysTick() {
-    static mut HANDED: Option<Handover> = None;
+    static mut DISPATCHER: Dispatcher<SLOTS, STATIONS> = Dispatcher::new(&SCHEDULE);
 
-    if HANDED.is_none() {
-        *HANDED = critical_section::with(|section| HANDOVER.borrow(section).take());
-    }
-    if let Some(handed) = HANDED {
-        handed.dispatcher.tick(&mut handed.queue);
-    }
+    DISPATCHER.tick(&DUE);
     TICKS.store(
         TICKS.load(Ordering::Relaxed).wrapping_add(1),
         Ordering::Relaxed,

@@ -6,6 +6,7 @@
 #![no_std]
 #![no_main]
 
+mod any_of;
 mod clock;
 #[cfg(feature = "defmt-rtt")]
 mod log;
@@ -14,7 +15,7 @@ mod pulses;
 mod serial;
 mod watchdog;
 
-use certainty_firmware::executive::{Dispatcher, DueQueue, Executive};
+use certainty_firmware::executive::Executive;
 use certainty_firmware::smart_car::{SCHEDULE, SmartCar};
 use cortex_m::Peripherals as Core;
 use cortex_m::peripheral::SCB;
@@ -22,18 +23,14 @@ use stm32f1xx_hal::pac::Peripherals;
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    static mut DUE: DueQueue = DueQueue::new();
-    static mut BYTES: serial::Bytes = serial::Bytes::new();
-
     // There is one of each; should that ever fail, start again.
     let (Some(chip), Some(mut core)) = (Peripherals::take(), Core::take()) else {
         SCB::sys_reset()
     };
-    let (due_producer, mut due) = DUE.split();
     let pins = pins::set_up(chip.RCC, chip.AFIO, (chip.GPIOA, chip.GPIOB, chip.GPIOC));
     let watchdog = watchdog::Heartbeat::start(chip.IWDG, pins.heartbeat);
     let timer = pulses::Timer::new(chip.TIM3);
-    let outbox = serial::start(chip.USART1, &mut core.NVIC, BYTES);
+    let outbox = serial::start(chip.USART1, &mut core.NVIC);
     let wiring = pins.lines.wire(timer.channels(), outbox);
     let Ok(car) = SmartCar::try_new(wiring) else {
         SCB::sys_reset()
@@ -43,9 +40,9 @@ fn main() -> ! {
     #[cfg(not(feature = "defmt-rtt"))]
     let mut car = car;
     let mut executive = Executive::new(&SCHEDULE, clock::Clock, watchdog);
-    clock::start(&mut core.SYST, Dispatcher::new(&SCHEDULE), due_producer);
+    clock::start(&mut core.SYST);
     loop {
-        executive.step(&mut due, &mut car);
+        executive.step(&clock::DUE, &mut car);
     }
 }
 

@@ -1,5 +1,6 @@
 //! Which pin is what; the same table is in `docs/hardware.md`.
 
+use crate::any_of::any_of;
 use crate::clock::Time;
 use crate::pulses::Pulses;
 use crate::serial::SerialOutbox;
@@ -8,21 +9,31 @@ use certainty_firmware::board::{Board, HeadWires, RangerWires, Wiring};
 use certainty_firmware::smart_car::{HEADS, RANGERS};
 use core::marker::PhantomData;
 use stm32f1xx_hal::gpio::{
-    GpioExt, Input, OpenDrain, Output, PartiallyErasedPin, PinState, PullDown, PushPull,
+    GpioExt, Input, OpenDrain, Output, PB10, PB11, PB12, PB13, PB14, PC0, PC1, PC10, PC11, PC12,
+    PinState, PullDown, PushPull,
 };
 use stm32f1xx_hal::pac::{AFIO, GPIOA, GPIOB, GPIOC, RCC};
 use stm32f1xx_hal::rcc::{Enable, RccExt};
 
-/// Open drain: a GP2D02 takes 3 V at most on its Vin, and pulls it up itself.
-type Vin = PartiallyErasedPin<'B', Output<OpenDrain>>;
+any_of! {
+    /// Open drain: a GP2D02 takes 3 V at most on its Vin, and pulls it up itself.
+    Vin: Output<OpenDrain> = PB12 | PB13 | PB14
+}
 
-/// 5 V tolerant; pulled down, so that an unplugged sensor reads low.
-type Vout = PartiallyErasedPin<'C', Input<PullDown>>;
+any_of! {
+    /// 5 V tolerant; pulled down, so that an unplugged sensor reads low.
+    Vout: Input<PullDown> = PC10 | PC11 | PC12
+}
 
-type Trigger = PartiallyErasedPin<'C', Output<PushPull>>;
+any_of! {
+    /// To a ranger, which takes 3 V as high.
+    Trigger: Output<PushPull> = PC0 | PC1
+}
 
-/// 5 V tolerant; pulled down, so that an unplugged ranger reads low.
-type Echo = PartiallyErasedPin<'B', Input<PullDown>>;
+any_of! {
+    /// 5 V tolerant; pulled down, so that an unplugged ranger reads low.
+    Echo: Input<PullDown> = PB10 | PB11
+}
 
 /// The STM32F100RB with the car's devices on its pins.
 pub(crate) struct Stm32f100<'a>(PhantomData<&'a ()>);
@@ -71,28 +82,22 @@ pub(crate) fn set_up(rcc: RCC, afio: AFIO, ports: (GPIOA, GPIOB, GPIOC)) -> Pins
     a.pa9.into_alternate_push_pull(&mut a.crh);
     let high = PinState::High;
     let vin = [
-        b.pb12
-            .into_open_drain_output_with_state(&mut b.crh, high)
-            .erase_number(),
-        b.pb13
-            .into_open_drain_output_with_state(&mut b.crh, high)
-            .erase_number(),
-        b.pb14
-            .into_open_drain_output_with_state(&mut b.crh, high)
-            .erase_number(),
+        Vin::PB12(b.pb12.into_open_drain_output_with_state(&mut b.crh, high)),
+        Vin::PB13(b.pb13.into_open_drain_output_with_state(&mut b.crh, high)),
+        Vin::PB14(b.pb14.into_open_drain_output_with_state(&mut b.crh, high)),
     ];
     let vout = [
-        c.pc10.into_pull_down_input(&mut c.crh).erase_number(),
-        c.pc11.into_pull_down_input(&mut c.crh).erase_number(),
-        c.pc12.into_pull_down_input(&mut c.crh).erase_number(),
+        Vout::PC10(c.pc10.into_pull_down_input(&mut c.crh)),
+        Vout::PC11(c.pc11.into_pull_down_input(&mut c.crh)),
+        Vout::PC12(c.pc12.into_pull_down_input(&mut c.crh)),
     ];
     let trigger = [
-        c.pc0.into_push_pull_output(&mut c.crl).erase_number(),
-        c.pc1.into_push_pull_output(&mut c.crl).erase_number(),
+        Trigger::PC0(c.pc0.into_push_pull_output(&mut c.crl)),
+        Trigger::PC1(c.pc1.into_push_pull_output(&mut c.crl)),
     ];
     let echo = [
-        b.pb10.into_pull_down_input(&mut b.crh).erase_number(),
-        b.pb11.into_pull_down_input(&mut b.crh).erase_number(),
+        Echo::PB10(b.pb10.into_pull_down_input(&mut b.crh)),
+        Echo::PB11(b.pb11.into_pull_down_input(&mut b.crh)),
     ];
     Pins {
         lines: Lines {
