@@ -1,5 +1,6 @@
 //! What hangs on a board's pins.
 
+use super::Bench;
 use certainty_firmware::remote::Line;
 
 /// The devices on a board's pins, as an emulated board sees them.
@@ -33,5 +34,22 @@ impl<W: Wires + ?Sized> Wires for &mut W {
 
     fn set_pulse(&mut self, servo: usize, width_us: u32, now_ns: u64) {
         (**self).set_pulse(servo, width_us, now_ns);
+    }
+}
+
+/// A device that is not there is not wired: it hears nothing, and its line reads low.
+impl Wires for Bench {
+    fn set_level(&mut self, line: Line, high: bool, now_ns: u64) {
+        let _not_wired = self.set_level(line, high, now_ns);
+    }
+
+    fn level(&mut self, line: Line, now_ns: u64) -> bool {
+        self.level(line, now_ns).unwrap_or(false)
+    }
+
+    fn set_pulse(&mut self, servo: usize, width_us: u32, now_ns: u64) {
+        if let Ok(servo) = u8::try_from(servo) {
+            let _not_wired = self.set_pulse(servo, width_us, now_ns);
+        }
     }
 }

@@ -25,7 +25,9 @@ mod pinout;
 pub use error::BoardError;
 pub use parts::UnmodelledRegister;
 
-use crate::bench::Wires;
+use super::image::Image;
+use super::{BackendError, Ran};
+use crate::bench::{Bench, Wires};
 use bus::Bus;
 use core::fmt;
 use flash_image::{FLASH_AT, RAM_AT, RAM_BYTES, flash_image, initial_stack_pointer};
@@ -38,6 +40,13 @@ use std::sync::Arc;
 
 /// Cycles of a millisecond.
 const CYCLES_PER_MS: u64 = 8_000;
+
+/// After so many milliseconds without a byte a round's reports are all out.
+const QUIET_MS: u32 = 2;
+
+/// After so many milliseconds of its time without a byte a firmware has nothing to say: the rounds
+/// of this one take 800.
+const PATIENCE_MS: u32 = 10_000;
 
 /// USART1's interrupt.
 const USART1_INTERRUPT: u16 = 37;
@@ -240,6 +249,42 @@ impl<W: Wires + Send + 'static> EmulatedBoard<W> {
         }
         Ok(())
     }
+}
+
+/// Runs `image` against `bench` until `enough` of its telemetry has come.
+///
+/// # Errors
+///
+/// [`BackendError::BadImage`] or [`BackendError::Board`], with what ended the run.
+pub(super) fn run(
+    image: &Image,
+    bench: Bench,
+    enough: &mut dyn FnMut(&[u8]) -> bool,
+) -> Result<Ran, BackendError> {
+    let failed = |error: BoardError| BackendError::Board(error.to_string());
+    let mut board = EmulatedBoard::new(image.bytes(), bench).map_err(|error| match error {
+        BoardError::NotAnImage(why) => BackendError::BadImage {
+            path: image.path().to_path_buf(),
+            why,
+        },
+        error => failed(error),
+    })?;
+    let mut told_enough = false;
+    let mut quiet_ms = 0;
+    // The stack is told after the last report, when the port has nothing left to send.
+    while !told_enough || quiet_ms < QUIET_MS {
+        if quiet_ms == PATIENCE_MS {
+            return Err(BackendError::Silent);
+        }
+        board.step_ms().map_err(failed)?;
+        let telemetry = board.take_serial();
+        quiet_ms = if telemetry.is_empty() { quiet_ms + 1 } else { 0 };
+        told_enough |= !telemetry.is_empty() && enough(&telemetry);
+    }
+    Ok(Ran {
+        sizes: Some(image.sizes()),
+        stack_bytes: Some(board.stack_bytes()),
+    })
 }
 
 /// The microcontroller's address space: flash, seen at 0 too as it boots from it, RAM, peripherals.
