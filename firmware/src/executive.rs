@@ -5,9 +5,9 @@
 //! *skipped*, told to the application and counted: so an overrun never delays the slot after it.
 
 use crate::board::{Clock, Watchdog};
+use crate::mailbox::Mailbox;
 use certainty_core::schedule::{Activity, Schedule};
 use certainty_core::units::Ticks;
-use heapless::spsc::{Consumer, Producer, Queue};
 
 /// A slot whose time has come.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -22,7 +22,7 @@ pub struct Due {
 }
 
 /// Where due slots wait for the main loop: room for three of them.
-pub type DueQueue = Queue<Due, 4>;
+pub type DueQueue = Mailbox<Due, 4>;
 
 /// Turns ticks into due slots.
 ///
@@ -52,7 +52,7 @@ impl<const SLOTS: usize, const STATIONS: usize> Dispatcher<SLOTS, STATIONS> {
     /// Takes one tick; puts the slot that begins with it, if any, into `queue`.
     ///
     /// Where the queue is full the slot is lost, and the main loop notices by the gap.
-    pub fn tick(&mut self, queue: &mut Producer<'_, Due>) {
+    pub fn tick(&mut self, queue: &DueQueue) {
         self.now = Ticks::new(self.now.get().wrapping_add(1));
         let due = self.schedule.slots().get(usize::from(self.next));
         if due.is_some_and(|slot| slot.at == self.in_round) {
@@ -62,7 +62,7 @@ impl<const SLOTS: usize, const STATIONS: usize> Dispatcher<SLOTS, STATIONS> {
                 at: self.now,
             };
             // A full queue is an overrun of several slots, which the gap tells.
-            let _full = queue.enqueue(due);
+            let _full = queue.put(due);
             self.next = self.next.wrapping_add(1);
         }
         self.in_round = self.in_round.wrapping_add(1);
@@ -153,8 +153,8 @@ impl<C: Clock, W: Watchdog, const SLOTS: usize, const STATIONS: usize>
     ///
     /// The watchdog is fed where a round ends: by then the interrupt has handed over, and the main
     /// loop has come round to, every slot.
-    pub fn step(&mut self, queue: &mut Consumer<'_, Due>, application: &mut impl Application) {
-        let Some(due) = queue.dequeue() else {
+    pub fn step(&mut self, queue: &DueQueue, application: &mut impl Application) {
+        let Some(due) = queue.take() else {
             self.clock.sleep();
             return;
         };
@@ -232,13 +232,13 @@ mod tests {
     /// A millisecond counter with its interrupt.
     struct Machine<'q> {
         dispatcher: Dispatcher<3, 0>,
-        queue: Producer<'q, Due>,
+        queue: &'q DueQueue,
         fed_at: Vec<u32>,
     }
 
     impl Machine<'_> {
         fn pass(&mut self, ms: u32) {
-            (0..ms).for_each(|_| self.dispatcher.tick(&mut self.queue));
+            (0..ms).for_each(|_| self.dispatcher.tick(self.queue));
         }
     }
 
@@ -291,11 +291,10 @@ mod tests {
     }
 
     fn run(takes_ms: &[u32], until: u32) -> Outcome {
-        let mut queue = DueQueue::new();
-        let (producer, mut consumer) = queue.split();
+        let queue = DueQueue::new();
         let machine = RefCell::new(Machine {
             dispatcher: Dispatcher::new(&SCHEDULE),
-            queue: producer,
+            queue: &queue,
             fed_at: Vec::new(),
         });
         let mut worker = Worker {
@@ -307,7 +306,7 @@ mod tests {
         let mut executive = Executive::new(&SCHEDULE, Ticks1(&machine), Ticks1(&machine));
         machine.borrow_mut().pass(1);
         while machine.borrow().dispatcher.now().get() < until {
-            executive.step(&mut consumer, &mut worker);
+            executive.step(&queue, &mut worker);
         }
         let timeliness = executive.timeliness();
         let (done, skipped) = (worker.done, worker.skipped);
@@ -393,14 +392,13 @@ mod tests {
 
     #[test]
     fn nothing_is_due_before_the_next_due_tick() {
-        let mut queue = DueQueue::new();
-        let (mut producer, mut consumer) = queue.split();
+        let queue = DueQueue::new();
         let mut dispatcher = Dispatcher::new(&SCHEDULE);
         let mut next = dispatcher.next_due();
         assert_eq!(next, Ticks::new(0));
         for _ in 0..100 {
-            dispatcher.tick(&mut producer);
-            let due = consumer.dequeue();
+            dispatcher.tick(&queue);
+            let due = queue.take();
             assert_eq!(due.is_some(), dispatcher.now() == next);
             if due.is_some() {
                 next = dispatcher.next_due();

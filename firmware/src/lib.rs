@@ -9,6 +9,7 @@
 //! | [`stopwatch`] | time as the drivers see it |
 //! | [`telemetry`] | framed reports to whoever listens: map, heads, health, the schedule's statistics |
 //! | [`executive`] | the time-triggered main loop: each slot at its tick, or not at all |
+//! | [`mailbox`] | where an interrupt and the main loop leave things for each other |
 //! | [`board`] | what the application is wired to, as a list of types |
 //! | [`remote`] | a board whose pins, pulses and time are at the far end of a link |
 //! | [`digest`] | a fingerprint of maps and records, to compare machines |
@@ -38,6 +39,7 @@ pub mod board;
 pub mod digest;
 pub mod executive;
 pub mod gp2d02;
+pub mod mailbox;
 pub mod ranger;
 pub mod rehearsal;
 pub mod remote;

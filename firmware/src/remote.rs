@@ -6,7 +6,7 @@
 //! line or as a plain call.
 
 use crate::board::{Board, Clock, Watchdog};
-use crate::executive::{Dispatcher, Due};
+use crate::executive::{Dispatcher, DueQueue};
 use crate::stopwatch::Stopwatch;
 use crate::telemetry::Outbox;
 use certainty_core::units::Ticks;
@@ -14,7 +14,6 @@ use core::fmt;
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::{ErrorKind, ErrorType, InputPin, OutputPin};
 use embedded_hal::pwm::{self, SetDutyCycle};
-use heapless::spsc::Producer;
 
 /// A line between the board and a device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -342,14 +341,11 @@ impl<L: Link> Watchdog for RemoteWatchdog<'_, L> {
 ///
 /// It is the tick interrupt too: every millisecond that passed, wherever it did, reaches the
 /// dispatcher before the main loop looks at its queue again.
-#[expect(
-    missing_debug_implementations,
-    reason = "a queue's end is not printable"
-)]
+#[derive(Debug)]
 pub struct RemoteClock<'a, 'q, L, const SLOTS: usize, const STATIONS: usize> {
     link: &'a L,
     dispatcher: Dispatcher<SLOTS, STATIONS>,
-    queue: Producer<'q, Due>,
+    queue: &'q DueQueue,
 }
 
 impl<'a, 'q, L: Link, const SLOTS: usize, const STATIONS: usize>
@@ -359,7 +355,7 @@ impl<'a, 'q, L: Link, const SLOTS: usize, const STATIONS: usize>
     pub const fn new(
         link: &'a L,
         dispatcher: Dispatcher<SLOTS, STATIONS>,
-        queue: Producer<'q, Due>,
+        queue: &'q DueQueue,
     ) -> Self {
         Self {
             link,
@@ -372,7 +368,7 @@ impl<'a, 'q, L: Link, const SLOTS: usize, const STATIONS: usize>
     fn catch_up(&mut self, tick: u32) {
         let behind = tick.wrapping_sub(self.dispatcher.now().get());
         if behind < 1 << 31 {
-            (0..behind).for_each(|_| self.dispatcher.tick(&mut self.queue));
+            (0..behind).for_each(|_| self.dispatcher.tick(self.queue));
         }
     }
 }

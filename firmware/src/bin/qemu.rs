@@ -99,16 +99,15 @@ fn main() -> ! {
         let link = Usart::new(chip.USART1, &chip.RCC);
         // By reference, or the stack would hold the car twice.
         if let Ok(car) = &mut SmartCar::try_new(remote_wiring(&link)) {
-            let mut queue = DueQueue::new();
-            let (producer, mut consumer) = queue.split();
-            let clock = RemoteClock::new(&link, Dispatcher::new(&SCHEDULE), producer);
+            let queue = DueQueue::new();
+            let clock = RemoteClock::new(&link, Dispatcher::new(&SCHEDULE), &queue);
             let watchdog = StackWatch {
                 link: &link,
                 watchdog: RemoteWatchdog::new(&link),
             };
             let mut executive = Executive::new(&SCHEDULE, clock, watchdog);
             loop {
-                executive.step(&mut consumer, car);
+                executive.step(&queue, car);
             }
         }
     }

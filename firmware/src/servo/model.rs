@@ -194,14 +194,11 @@ impl ServoModel {
         let travel = distance
             .wrapping_mul(self.config.sixth_ms as u32)
             .wrapping_mul(3);
-        let double = (self.config.quarter_us.unsigned_abs() as u32).wrapping_mul(2);
-        let travel = match travel
-            .wrapping_add(double)
-            .wrapping_sub(1)
-            .checked_div(double)
-        {
-            Some(ms) => ms,
-            None => 0, // no quarter turn is zero
+        let half_turn = (self.config.quarter_us.unsigned_abs() as u32).wrapping_mul(2);
+        let rounding_up = travel.wrapping_add(half_turn.wrapping_sub(1));
+        let travel = match rounding_up.checked_div(half_turn) {
+            Some(travel) => travel,
+            None => 0, // a quarter turn changes the pulse
         };
         travel.wrapping_add((self.config.period_us as u32).div_ceil(1_000))
     }

@@ -111,6 +111,16 @@ impl<B: Board> SmartCar<B> {
         })
     }
 
+    /// Returns what `sensor` said last, where the car has it.
+    #[must_use]
+    pub fn reading(&self, sensor: SensorId) -> Option<Reading> {
+        let slot = sensor.slot();
+        match slot.checked_sub(HEADS.into()) {
+            None => self.heads.get(slot).map(Head::reading),
+            Some(ranger) => self.rangers.get(ranger).map(|ranger| ranger.reading),
+        }
+    }
+
     fn station(&mut self, sensor: SensorId) -> Option<Station<'_, B>> {
         let slot = sensor.slot();
         match slot.checked_sub(HEADS.into()) {

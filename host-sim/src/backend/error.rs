@@ -43,6 +43,11 @@ pub enum BackendError {
     /// The application refused its parts; a defect of ours.
     #[error("the application does not fit its parts")]
     Refused,
+    /// The emulated board was left out of this program.
+    #[error(
+        "this program was built without the emulated board: build it with its default features"
+    )]
+    NoBoard,
     /// The emulated board failed.
     #[error("the emulated board: {0}")]
     Board(String),

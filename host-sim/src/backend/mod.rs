@@ -10,6 +10,8 @@
 //!
 //! What is known of a run is what the car reports on its serial line ([`Received`]), on every backend.
 
+#[cfg(feature = "emulated-board")]
+pub mod board;
 mod bridge;
 mod error;
 mod image;
@@ -102,7 +104,10 @@ pub fn run(
     let ran = match backend {
         Backend::Native => native::run(bench, &mut enough)?,
         Backend::Qemu => qemu::run(&Image::load(image, "qemu")?, bench, &mut enough)?,
-        Backend::Board => todo!(), //board::run(&Image::load(image, "smart_car")?, bench, &mut enough)?,
+        #[cfg(feature = "emulated-board")]
+        Backend::Board => board::run(&Image::load(image, "smart_car")?, bench, &mut enough)?,
+        #[cfg(not(feature = "emulated-board"))]
+        Backend::Board => return Err(BackendError::NoBoard),
     };
     Ok((received, ran))
 }

@@ -41,12 +41,11 @@ pub(super) fn run(
 ) -> Result<Ran, BackendError> {
     let link = Direct(RefCell::new(Bridge::new(bench)));
     let mut car = SmartCar::try_new(remote_wiring(&link)).map_err(|_| BackendError::Refused)?;
-    let mut queue = DueQueue::new();
-    let (producer, mut consumer) = queue.split();
-    let clock = RemoteClock::new(&link, Dispatcher::new(&SCHEDULE), producer);
+    let queue = DueQueue::new();
+    let clock = RemoteClock::new(&link, Dispatcher::new(&SCHEDULE), &queue);
     let mut executive = Executive::new(&SCHEDULE, clock, RemoteWatchdog::new(&link));
     loop {
-        executive.step(&mut consumer, &mut car);
+        executive.step(&queue, &mut car);
         let telemetry = link.0.borrow_mut().take_telemetry();
         if !telemetry.is_empty() && enough(&telemetry) {
             return Ok(Ran::default());

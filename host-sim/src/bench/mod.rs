@@ -11,6 +11,7 @@ mod gp2d02_line;
 mod line_fault;
 mod ranger_line;
 mod servo_shaft;
+mod wires;
 
 pub use bench::{Bench, BenchError, BenchSetup, Broken};
 pub use fault::{BenchFault, WireFault};
@@ -18,6 +19,7 @@ pub use gp2d02_line::Gp2d02Line;
 pub use line_fault::LineFault;
 pub use ranger_line::{RangerAnswer, RangerLine};
 pub use servo_shaft::{ServoShaft, pulse_of};
+pub use wires::Wires;
 
 /// Nanoseconds in a microsecond.
 const MICROSECOND: u64 = 1_000;
