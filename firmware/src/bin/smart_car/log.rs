@@ -10,9 +10,9 @@ use defmt_rtt as _;
 defmt::timestamp!("{=u32:ms}", crate::clock::ticks());
 
 /// The car, watched.
-pub(crate) struct Logged<B: Board>(pub(crate) SmartCar<B>);
+pub(crate) struct Logged<'a, B: Board>(pub(crate) &'a mut SmartCar<B>);
 
-impl<B: Board> Application for Logged<B> {
+impl<B: Board> Application for Logged<'_, B> {
     fn perform(&mut self, activity: Activity, due: Due, timeliness: Timeliness) {
         self.0.perform(activity, due, timeliness);
         if let Activity::Read(sensor) | Activity::Measure(sensor) = activity

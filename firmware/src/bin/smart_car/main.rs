@@ -32,17 +32,16 @@ fn main() -> ! {
     let timer = pulses::Timer::new(chip.TIM3);
     let outbox = serial::start(chip.USART1, &mut core.NVIC);
     let wiring = pins.lines.wire(timer.channels(), outbox);
-    let Ok(car) = SmartCar::try_new(wiring) else {
+    // By reference, or the stack would hold the car twice.
+    let Ok(car) = &mut SmartCar::try_new(wiring) else {
         SCB::sys_reset()
     };
     #[cfg(feature = "defmt-rtt")]
-    let mut car = log::Logged(car);
-    #[cfg(not(feature = "defmt-rtt"))]
-    let mut car = car;
+    let car = &mut log::Logged(car);
     let mut executive = Executive::new(&SCHEDULE, clock::Clock, watchdog);
     clock::start(&mut core.SYST);
     loop {
-        executive.step(&clock::DUE, &mut car);
+        executive.step(&clock::DUE, car);
     }
 }
 
