@@ -15,6 +15,7 @@
 //! its next event.
 
 mod bus;
+mod conditional_blocks;
 #[cfg(test)]
 mod elf_of;
 mod error;
@@ -35,7 +36,7 @@ use parts::{CYCLE_NS, PERIPHERALS_AT, PERIPHERALS_BYTES};
 use rsemu::core::error::Error;
 use rsemu::core::space::{AddressSpace, RamStore, Region, RomStore, RomWrite};
 use rsemu::cpu::arm::v7m::sys::Exception;
-use rsemu::cpu::arm::v7m::{ArmV7m, Config};
+use rsemu::cpu::arm::v7m::{ArmV7m, Config, Regs};
 use std::sync::Arc;
 
 /// Cycles of a millisecond.
@@ -58,6 +59,9 @@ const POWER_ON_RAM: u8 = 0xa5;
 pub struct EmulatedBoard<W> {
     core: ArmV7m,
     bus: Arc<Bus<W>>,
+    ram: Arc<RamStore>,
+    /// The registers after the last step.
+    registers: Regs,
     /// Cycles that were slept through without emulating them one by one.
     skipped: u64,
     initial_stack: u32,
@@ -87,13 +91,16 @@ impl<W: Wires + Send + 'static> EmulatedBoard<W> {
         let flash = flash_image(elf)?;
         let initial_stack = initial_stack_pointer(&flash);
         let bus = Arc::new(Bus::new(wires));
+        let ram = Arc::new(RamStore::new(RAM_BYTES as u64));
         let space =
-            memory(&flash, &bus).map_err(|error| BoardError::Emulator(error.to_string()))?;
+            memory(&flash, &ram, &bus).map_err(|error| BoardError::Emulator(error.to_string()))?;
         let core = ArmV7m::new(Config::CORTEX_M3.with_priority_bits(4));
         core.attach_space(Arc::new(space));
         Ok(Self {
+            registers: core.regs(),
             core,
             bus,
+            ram,
             skipped: 0,
             initial_stack,
             lowest_stack: initial_stack,
@@ -200,7 +207,7 @@ impl<W: Wires + Send + 'static> EmulatedBoard<W> {
             }
             let used = self.core.step();
             now += used;
-            self.lowest_stack = self.lowest_stack.min(self.core.msp());
+            self.note_registers();
             // A sleeping processor spends its cycles one by one.
             if used == 1 && self.skip_sleep && self.core.is_asleep() {
                 now += self.sleep(until.min(self.bus.next_event()).saturating_sub(now));
@@ -208,6 +215,14 @@ impl<W: Wires + Send + 'static> EmulatedBoard<W> {
         }
         self.bus.set_now(now);
         self.check()
+    }
+
+    /// Looks at the registers after a step.
+    fn note_registers(&mut self) {
+        let mut registers = self.core.regs();
+        self.lowest_stack = self.lowest_stack.min(registers.msp);
+        conditional_blocks::mend(&self.core, &self.ram, RAM_AT, &self.registers, &mut registers);
+        self.registers = registers;
     }
 
     /// Sleeps for at most `cycles`, and wakes one cycle before SysTick would; returns how long.
@@ -294,11 +309,11 @@ pub(super) fn run(
 /// The microcontroller's address space: flash, seen at 0 too as it boots from it, RAM, peripherals.
 fn memory<W: Wires + Send + 'static>(
     flash: &[u8],
+    ram: &Arc<RamStore>,
     bus: &Arc<Bus<W>>,
 ) -> Result<AddressSpace, Error> {
     let space = AddressSpace::new("STM32F100RB", 32);
     let rom = Arc::new(RomStore::from_slice(flash));
-    let ram = Arc::new(RamStore::new(RAM_BYTES as u64));
     let refused = |error| Error::Config {
         at: "RAM".to_owned(),
         message: format!("{error:?}"),
@@ -311,7 +326,7 @@ fn memory<W: Wires + Send + 'static>(
     let mut topology = space.topology();
     topology.map(Arc::clone(&rom), FLASH_AT.into())?;
     topology.map(rom, 0)?;
-    topology.map(Region::ram("RAM", ram), RAM_AT.into())?;
+    topology.map(Region::ram("RAM", Arc::clone(ram)), RAM_AT.into())?;
     topology.map(peripherals, PERIPHERALS_AT.into())?;
     drop(topology);
     Ok(space)

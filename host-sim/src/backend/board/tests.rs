@@ -179,3 +179,41 @@ fn a_reset_that_the_program_asks_for_ends_the_run() {
     let told = board.step_ms().unwrap_err();
     assert!(matches!(told, BoardError::Reset { .. }), "{told}");
 }
+
+/// Goes round an IT block whose condition never holds while SysTick interrupts it ever so often.
+///
+/// Returns what was added up within the block; `handler` is SysTick's.
+fn added_in_an_it_block(handler: [u16; 3]) -> u32 {
+    let mut handlers = [START; 15];
+    handlers[14] = START + 2 * 13;
+    let mut code = vec![
+        0x4c07, // ldr r4, [pc, #28] ; SysTick
+        0x2061, // movs r0, #97 ; cycles between interrupts, less one
+        0x6060, // str r0, [r4, #4]
+        0x2007, // movs r0, #7
+        0x6020, // str r0, [r4, #0]
+        0x2100, // movs r1, #0
+        0x2801, // cmp r0, #1 ; it is 7
+        0xbf01, // itttt eq
+        0x3101, 0x3101, 0x3101, 0x3101, // four times adds r1, #1
+        0xe7f8, // b to the comparison
+    ];
+    code.extend(handler);
+    code.extend([0xe010, 0xe000]);
+    let mut board = board(&program(handlers, &code));
+    board.step_ms().unwrap();
+    assert_eq!(board.stack_bytes(), 32, "it was not interrupted");
+    board.core.reg(1)
+}
+
+#[test]
+fn an_interrupt_within_an_it_block_does_not_make_its_condition_hold() {
+    // bx lr
+    assert_eq!(added_in_an_it_block([0x4770, 0xbf00, 0xbf00]), 0);
+}
+
+#[test]
+fn nor_does_a_handler_that_returns_from_an_it_block_of_its_own() {
+    // it ne; bx lr; bx lr
+    assert_eq!(added_in_an_it_block([0xbf18, 0x4770, 0x4770]), 0);
+}
