@@ -34,7 +34,9 @@ pub(super) fn mend(core: &ArmV7m, ram: &RamStore, ram_at: u32, before: &Regs, af
     } else if after.msp > before.msp {
         // The frame may have had a word of padding behind it.
         let bases = [after.msp - FRAME, after.msp - FRAME - 4];
-        let frame = bases.into_iter().find(|base| word(base + 24) == Ok(after.r[15]));
+        let frame = bases
+            .into_iter()
+            .find(|base| word(base + 24) == Ok(after.r[15]));
         if let Some(Ok(stacked)) = frame.map(|base| word(base + 28)) {
             let interrupted = stacked & xpsr::IT_MASK;
             after.xpsr = after.xpsr & !xpsr::IT_MASK | interrupted;

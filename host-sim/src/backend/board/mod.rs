@@ -221,7 +221,13 @@ impl<W: Wires + Send + 'static> EmulatedBoard<W> {
     fn note_registers(&mut self) {
         let mut registers = self.core.regs();
         self.lowest_stack = self.lowest_stack.min(registers.msp);
-        conditional_blocks::mend(&self.core, &self.ram, RAM_AT, &self.registers, &mut registers);
+        conditional_blocks::mend(
+            &self.core,
+            &self.ram,
+            RAM_AT,
+            &self.registers,
+            &mut registers,
+        );
         self.registers = registers;
     }
 
