@@ -332,7 +332,7 @@ mod tests {
             (2, 0, 20),
         ];
         assert_eq!(outcome.done, expected);
-        assert_eq!(outcome.skipped, []);
+        assert_eq!(outcome.skipped, Vec::<(u32, u16)>::new());
         assert_eq!(
             outcome.fed_at,
             [9, 19],
@@ -387,7 +387,7 @@ mod tests {
     #[test]
     fn a_main_loop_that_hangs_feeds_no_watchdog() {
         let outcome = run(&[1000], 1000);
-        assert_eq!(outcome.fed_at, []);
+        assert_eq!(outcome.fed_at, Vec::<u32>::new());
     }
 
     #[test]
