@@ -83,7 +83,10 @@ impl Arc {
             let direction = self.middle.wrapping_add(BinaryAngle::from_bits(aside));
             let radius = self.radius(aside.into())?;
             let place = FinePoint::polar(saturating_i32(radius), direction.direction());
-            sonars.iter().all(|sonar| sonar.sees(place)).then_some(aside)
+            sonars
+                .iter()
+                .all(|sonar| sonar.sees(place))
+                .then_some(aside)
         };
         let mut last = inside(0)?;
         let mut beyond = ring.half_width(path.order()).wrapping_add(1);
@@ -159,7 +162,9 @@ impl Arc {
         let steepest = far.wrapping_mul(ring.steepest()) >> 14;
         let slack = |steps: i32| {
             let most = steepest.wrapping_mul(steps.unsigned_abs().into());
-            (most.wrapping_mul(STEP) >> 32).cast_signed().wrapping_add(2)
+            (most.wrapping_mul(STEP) >> 32)
+                .cast_signed()
+                .wrapping_add(2)
         };
         let (Some(first), Some(last)) = (gap(from), gap(to)) else {
             return false;
@@ -184,7 +189,9 @@ impl Arc {
             }
             let width = to.wrapping_sub(from);
             // Least difference in between: both ends less what the arcs can turn towards each other.
-            let twice_least = near_first.wrapping_add(near_last).wrapping_sub(slack(width));
+            let twice_least = near_first
+                .wrapping_add(near_last)
+                .wrapping_sub(slack(width));
             if twice_least > touch.wrapping_mul(2) || width <= 1 {
                 continue;
             }

@@ -26,8 +26,10 @@ pub struct RingRulesConfig {
     /// Arcs meet that come as close as this.
     pub touch: Millimeters,
     /// How much one assessment that speaks for a sonar raises its confidence.
+    #[cfg_attr(feature = "defmt", defmt(Display2Format))]
     pub raise: U0F16,
     /// How much one that does not lowers it.
+    #[cfg_attr(feature = "defmt", defmt(Display2Format))]
     pub lower: U0F16,
 }
 
@@ -54,9 +56,7 @@ impl Default for RingRulesConfig {
 /// The checked [`RingRulesConfig`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct RingRules(
-    #[cfg_attr(feature = "defmt", defmt(Debug2Format))] RingRulesConfig,
-);
+pub struct RingRules(RingRulesConfig);
 
 /// Why a configuration was refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -151,7 +151,9 @@ pub fn overlaps<const SENSORS: usize>(
     let ring = *ring;
     let slot = sensor.slot();
     let slot = u8::try_from(slot).ok().filter(|_| slot < SENSORS);
-    let own = slot.into_iter().flat_map(move |slot| own_paths(&ring, slot));
+    let own = slot
+        .into_iter()
+        .flat_map(move |slot| own_paths(&ring, slot));
     own.flat_map(move |own| {
         let others = ring.paths().filter(move |&other| {
             other.order() >= own.order() && other != own && ring.overlap(own, other)
@@ -199,8 +201,8 @@ pub fn simulation_based<const SENSORS: usize>(
     let mut vector = [0; SENSORS];
     for (place, sensor) in vector.iter_mut().zip(ring.sensors()) {
         let slot = u8::try_from(sensor.slot()).unwrap_or(0);
-        let agreeing = own_paths(ring, slot)
-            .filter(|&path| counts(removed, path, sensor) && agrees(path));
+        let agreeing =
+            own_paths(ring, slot).filter(|&path| counts(removed, path, sensor) && agrees(path));
         *place = number_of(agreeing);
     }
     vector

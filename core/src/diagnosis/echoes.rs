@@ -106,17 +106,19 @@ impl<const SENSORS: usize> Echoes<SENSORS> {
             return None;
         }
         let places = to.wrapping_sub(from).wrapping_add(NEIGHBOURS.into());
-        let column = usize::try_from(places.wrapping_rem_euclid(around));
+        let column = usize::try_from(places.checked_rem_euclid(around)?);
         column.ok().filter(|&column| column < HEARERS)
     }
 
     /// What the sonar in place `receiver` heard of that in place `transmitter`.
     pub(super) fn heard(&self, transmitter: u8, receiver: u8) -> Heard {
         let sensor = |slot: u8| SensorId::from_slot(slot.into());
-        let entry = sensor(transmitter).zip(sensor(receiver)).and_then(|(from, to)| {
-            let row = self.heard.get(from.slot())?;
-            row.get(Self::column(from, to)?).copied()
-        });
+        let entry = sensor(transmitter)
+            .zip(sensor(receiver))
+            .and_then(|(from, to)| {
+                let row = self.heard.get(from.slot())?;
+                row.get(Self::column(from, to)?).copied()
+            });
         match entry {
             None | Some(UNKNOWN) => Heard::Unknown,
             Some(NOTHING) => Heard::Nothing,
@@ -141,7 +143,13 @@ mod tests {
     #[test]
     fn neighbours_hear_each_other_around_the_ring() {
         let mut echoes = Echoes::<24>::unknown();
-        for (from, to, length) in [(1, 22, 10), (22, 1, 20), (24, 3, 30), (5, 5, 40), (12, 9, 50)] {
+        for (from, to, length) in [
+            (1, 22, 10),
+            (22, 1, 20),
+            (24, 3, 30),
+            (5, 5, 40),
+            (12, 9, 50),
+        ] {
             echoes.set(id(from), id(to), echo(length)).unwrap();
         }
         assert_eq!(echoes.heard(0, 21), Heard::Length(10));
@@ -155,10 +163,24 @@ mod tests {
     #[test]
     fn others_do_not() {
         let mut echoes = Echoes::<24>::silent();
-        for (from, to) in [(1, 5), (5, 1), (1, 13), (25, 1), (1, 25), (255, 255), (24, 4)] {
+        for (from, to) in [
+            (1, 5),
+            (5, 1),
+            (1, 13),
+            (25, 1),
+            (1, 25),
+            (255, 255),
+            (24, 4),
+        ] {
             let refused = echoes.set(id(from), id(to), echo(1));
             let (transmitter, receiver) = (id(from), id(to));
-            assert_eq!(refused, Err(NoSuchPath { transmitter, receiver }));
+            assert_eq!(
+                refused,
+                Err(NoSuchPath {
+                    transmitter,
+                    receiver
+                })
+            );
         }
         assert_eq!(echoes, Echoes::silent());
     }

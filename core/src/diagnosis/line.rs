@@ -131,8 +131,7 @@ impl Moments {
             xy as i128,
             yy.wrapping_sub(limit) as i128,
         );
-        let no_negative =
-            xx >= 0 && yy >= 0 && xx.wrapping_mul(yy) >= xy.wrapping_mul(xy);
+        let no_negative = xx >= 0 && yy >= 0 && xx.wrapping_mul(yy) >= xy.wrapping_mul(xy);
         !no_negative
     }
 
@@ -185,10 +184,13 @@ mod tests {
         let n = points.len() as f64;
         let mean = |f: &dyn Fn(&[i16; 2]) -> f64| points.iter().map(f).sum::<f64>() / n;
         let (mx, my) = (mean(&|p| p[0].into()), mean(&|p| p[1].into()));
-        let about = |f: &dyn Fn(f64, f64) -> f64| {
-            mean(&|p| f(f64::from(p[0]) - mx, f64::from(p[1]) - my))
-        };
-        let (xx, xy, yy) = (about(&|x, _| x * x), about(&|x, y| x * y), about(&|_, y| y * y));
+        let about =
+            |f: &dyn Fn(f64, f64) -> f64| mean(&|p| f(f64::from(p[0]) - mx, f64::from(p[1]) - my));
+        let (xx, xy, yy) = (
+            about(&|x, _| x * x),
+            about(&|x, y| x * y),
+            about(&|_, y| y * y),
+        );
         let axis = 0.5 * (2.0 * xy).atan2(xx - yy);
         let (sin, cos) = axis.sin_cos();
         let (nx, ny) = (-sin, cos);
@@ -212,7 +214,9 @@ mod tests {
     #[test]
     fn the_deviation_is_compared_exactly() {
         // Ten millimetres to either side of a line: 10 mm, and that is not below 10 mm.
-        let points: Vec<_> = (0..40).map(|n| [n / 2 * 100, 500 + (n % 2 * 20 - 10)]).collect();
+        let points: Vec<_> = (0..40)
+            .map(|n| [n / 2 * 100, 500 + (n % 2 * 20 - 10)])
+            .collect();
         let moments = moments(&points);
         assert!(!moments.spread_below(Millimeters::new(10)));
         assert!(moments.spread_below(Millimeters::new(11)));

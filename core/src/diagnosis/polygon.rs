@@ -196,7 +196,10 @@ pub struct TooManyElements {
 impl fmt::Display for TooManyElements {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let room = self.room;
-        write!(f, "the polygon has room for {room} elements, and the scan has more")
+        write!(
+            f,
+            "the polygon has room for {room} elements, and the scan has more"
+        )
     }
 }
 
@@ -245,7 +248,11 @@ impl<const ELEMENTS: usize> Polygon<ELEMENTS> {
                 start: line.at(line.position(fine(points.at(piece.first)))),
                 end: line.at(line.position(fine(points.at(piece.last)))),
                 points: piece.last.wrapping_sub(piece.first).wrapping_add(1),
-                kind: if pseudo { ElementKind::Pseudo } else { ElementKind::Wall },
+                kind: if pseudo {
+                    ElementKind::Pseudo
+                } else {
+                    ElementKind::Wall
+                },
                 joint: Joint::Open,
             };
             let room = polygon.elements.push(element);
@@ -302,10 +309,7 @@ fn joint(before: &Element, after: &Element, sine: i32) -> Joint {
     if before.kind == ElementKind::Pseudo || after.kind == ElementKind::Pseudo {
         return Joint::Open;
     }
-    let (come, go) = (
-        before.end.minus(before.start),
-        after.end.minus(after.start),
-    );
+    let (come, go) = (before.end.minus(before.start), after.end.minus(after.start));
     let left = come.cross(go);
     // Each length is below 2^21 sixteenths where the points are a scan's.
     let lengths = come.length().wrapping_mul(go.length());

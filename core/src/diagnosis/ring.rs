@@ -238,7 +238,9 @@ impl<const SENSORS: usize> Ring<SENSORS> {
         let (a, b) = (self.shared(one.order), self.shared(other.order));
         let apart = Self::half_spacings(one).wrapping_sub(Self::half_spacings(other));
         let around = (Self::SLOTS as i64).wrapping_mul(2);
-        let apart = apart.wrapping_rem_euclid(around);
+        let Some(apart) = apart.checked_rem_euclid(around) else {
+            return false;
+        };
         let back = around.wrapping_sub(apart);
         let apart = if back < apart { back } else { apart };
         // Both sides doubled: half a spacing is TURN / 2, half a width `shared` / 2.
@@ -253,11 +255,14 @@ impl<const SENSORS: usize> Ring<SENSORS> {
 
     /// The place in the ring `places` on from `slot`, which may be less than none.
     pub(super) const fn on(slot: u8, places: i16) -> u8 {
-        let [low, _] = (slot as i16)
-            .wrapping_add(places)
-            .wrapping_rem_euclid(Self::SLOTS as i16)
-            .to_le_bytes();
-        low
+        let place = (slot as i16).wrapping_add(places);
+        match place.checked_rem_euclid(Self::SLOTS as i16) {
+            Some(place) => {
+                let [low, _] = place.to_le_bytes();
+                low
+            }
+            None => slot,
+        }
     }
 
     /// The path's two sonars, which are one if it is direct.
@@ -269,7 +274,14 @@ impl<const SENSORS: usize> Ring<SENSORS> {
     pub(super) const fn sonars(&self, path: Path) -> [Sonar; 2] {
         let [from, to] = Self::ends(path);
         let from = self.sonar(from);
-        [from, if path.order == 0 { from } else { self.sonar(to) }]
+        [
+            from,
+            if path.order == 0 {
+                from
+            } else {
+                self.sonar(to)
+            },
+        ]
     }
 
     const fn sonar(&self, slot: u8) -> Sonar {

@@ -47,7 +47,10 @@ impl Scanner {
     ///
     /// [`ScannerError`] names what is too large.
     pub const fn try_new(mount: Pose, farthest: Millimeters) -> Result<Self, ScannerError> {
-        let (x, y) = (mount.at.x_mm().unsigned_abs(), mount.at.y_mm().unsigned_abs());
+        let (x, y) = (
+            mount.at.x_mm().unsigned_abs(),
+            mount.at.y_mm().unsigned_abs(),
+        );
         if x > Self::MOST_OFFSET || y > Self::MOST_OFFSET {
             Err(ScannerError::Mount)
         } else if farthest.get() == 0 || farthest.get() > Self::MOST_RANGE {
@@ -158,6 +161,7 @@ impl<const BEAMS: usize> Scan<BEAMS> {
     }
 
     /// Returns the points in the robot's frame, in the order in which they came.
+    #[must_use]
     pub fn points(&self) -> impl ExactSizeIterator<Item = Point> + '_ {
         let points = self.points.iter();
         points.map(|&[x, y]| Point::from_mm(x.into(), y.into()))

@@ -89,12 +89,7 @@ fn off_wall(element: &Element, sonars: &[Sonar; 2]) -> Option<(u64, FinePoint)> 
 }
 
 /// Whether both sonars see `place`, and nothing bars the ways but what is `at` the place.
-fn reaches(
-    elements: &[Element],
-    sonars: &[Sonar; 2],
-    place: FinePoint,
-    at: [&Element; 2],
-) -> bool {
+fn reaches(elements: &[Element], sonars: &[Sonar; 2], place: FinePoint, at: [&Element; 2]) -> bool {
     let others = || {
         let elements = elements.iter();
         elements.filter(|&element| !at.iter().any(|&own| core::ptr::eq(own, element)))

@@ -66,7 +66,9 @@ impl<'a> Points<'a> {
             let away = if closed {
                 x.wrapping_mul(x).wrapping_add(y.wrapping_mul(y))
             } else {
-                let aside = along_x.wrapping_mul(y).wrapping_sub(along_y.wrapping_mul(x));
+                let aside = along_x
+                    .wrapping_mul(y)
+                    .wrapping_sub(along_y.wrapping_mul(x));
                 aside.wrapping_abs()
             };
             if away > best.1 {

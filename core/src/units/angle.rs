@@ -179,7 +179,11 @@ const fn part(magnitude: u64, length: u64, negative: bool) -> Option<i32> {
         None => None,
         Some(share) => {
             let share = saturating_i32(if share > ONE { ONE } else { share }.cast_signed());
-            Some(if negative { share.wrapping_neg() } else { share })
+            Some(if negative {
+                share.wrapping_neg()
+            } else {
+                share
+            })
         }
     }
 }

@@ -22,10 +22,7 @@ const PRINTED: [(&str, &str); 5] = [
         "-1/0",
         "-3/-2 -2/-1 0/1 1/2 -3/-1 -2/0 -1/1 0/2 -3/0 -2/1 -1/2",
     ),
-    (
-        "0/1",
-        "-2/-1 -1/0 1/2 2/3 -2/0 -1/1 0/2 1/3 -2/1 -1/2 0/3",
-    ),
+    ("0/1", "-2/-1 -1/0 1/2 2/3 -2/0 -1/1 0/2 1/3 -2/1 -1/2 0/3"),
     ("-2/0", "-3/-1 -1/1 -3/0 -2/1"),
     ("0/2", "-1/1 1/3 -1/2 0/3"),
 ];
@@ -55,7 +52,10 @@ fn printed() -> Pairs {
     lines.collect()
 }
 
-fn generated(overlaps: impl Iterator<Item = Overlap>, sensor: SensorId) -> Vec<((i8, i8), (i8, i8))> {
+fn generated(
+    overlaps: impl Iterator<Item = Overlap>,
+    sensor: SensorId,
+) -> Vec<((i8, i8), (i8, i8))> {
     let pairs = overlaps.map(|overlap| {
         let Overlap { own, other } = overlap;
         (seen_from(sensor, own), seen_from(sensor, other))
@@ -98,7 +98,8 @@ fn there_are_24_direct_paths_and_72_across() {
     let of = |order| orders.iter().filter(|&&o| o == order).count();
     assert_eq!([of(0), of(1), of(2), of(3)], [24; 4]);
     // 60°, 45°, 30° and 15°.
-    let degrees = [0, 1, 2, 3].map(|order| f64::from(ring.half_width(order)) * 2.0 / 65536.0 * 360.0);
+    let degrees =
+        [0, 1, 2, 3].map(|order| f64::from(ring.half_width(order)) * 2.0 / 65536.0 * 360.0);
     for (found, printed) in degrees.into_iter().zip([60.0, 45.0, 30.0, 15.0]) {
         assert!((found - printed).abs() < 0.02, "{found} for {printed}");
     }
@@ -106,7 +107,10 @@ fn there_are_24_direct_paths_and_72_across() {
 
 #[test]
 fn a_ring_with_narrow_cones_has_fewer_paths_and_overlaps() {
-    let narrow = RingConfig { opening_millidegrees: 30_000, ..RingConfig::DEFAULT };
+    let narrow = RingConfig {
+        opening_millidegrees: 30_000,
+        ..RingConfig::DEFAULT
+    };
     let ring = Ring::<24>::try_new(narrow).unwrap();
     // 30° wide and 15° apart: the next neighbour's cone overlaps by 15°, the second's only touches.
     assert_eq!(ring.paths().count(), 48);
@@ -178,7 +182,10 @@ fn a_removed_sensor_counts_for_itself_only() {
 fn unknown_echoes_confirm_nothing() {
     let (ring, none, rules) = (ring(), [false; 24], RingRules::DEFAULT);
     let unknown = Distances::fold(&ring, &Echoes::unknown(), &rules);
-    assert_eq!(simulation_based(&ring, &round(1000), &unknown, &none, &rules), [0; 24]);
+    assert_eq!(
+        simulation_based(&ring, &round(1000), &unknown, &none, &rules),
+        [0; 24]
+    );
     assert_eq!(intersection_based(&ring, &unknown, &none, &rules), [0; 24]);
 }
 
@@ -199,15 +206,27 @@ fn rules_that_cannot_be_are_refused() {
     let base = RingRulesConfig::DEFAULT;
     let zero = Millimeters::ZERO;
     let never = [
-        RingRulesConfig { consistent: zero, ..base },
-        RingRulesConfig { uncertainty: zero, ..base },
+        RingRulesConfig {
+            consistent: zero,
+            ..base
+        },
+        RingRulesConfig {
+            uncertainty: zero,
+            ..base
+        },
     ];
     for config in never {
         assert_eq!(RingRules::try_new(config), Err(RingRulesError::Never));
     }
-    let touch = RingRulesConfig { touch: Millimeters::new(1000), ..base };
+    let touch = RingRulesConfig {
+        touch: Millimeters::new(1000),
+        ..base
+    };
     assert_eq!(RingRules::try_new(touch), Err(RingRulesError::Touch));
-    let step = RingRulesConfig { lower: U0F16::ZERO, ..base };
+    let step = RingRulesConfig {
+        lower: U0F16::ZERO,
+        ..base
+    };
     assert_eq!(RingRules::try_new(step), Err(RingRulesError::Step));
     assert_eq!(RingRules::try_new(base), Ok(RingRules::DEFAULT));
 }

@@ -35,7 +35,9 @@ fn polygon(points: &[[i32; 2]]) -> Polygon<64> {
 
 fn starts(polygon: &Polygon<64>) -> Vec<[i32; 2]> {
     let starts = polygon.elements().iter().map(|element| element.start());
-    starts.map(|start| [(start.x() + 8) >> 4, (start.y() + 8) >> 4]).collect()
+    starts
+        .map(|start| [(start.x() + 8) >> 4, (start.y() + 8) >> 4])
+        .collect()
 }
 
 const ROOM: [[i32; 2]; 4] = [[1500, -1000], [1500, 2000], [-2000, 2000], [-2000, -1000]];
@@ -115,7 +117,10 @@ fn what_stands_out_into_the_room_is_an_edge() {
         .map(|element| [element.start().x(), element.start().y()])
         .collect();
     assert_eq!(edges, [[500 * 16, 500 * 16]]);
-    let corners = polygon.elements().iter().filter(|e| e.joint() == Joint::Corner);
+    let corners = polygon
+        .elements()
+        .iter()
+        .filter(|e| e.joint() == Joint::Corner);
     assert_eq!(corners.count(), 5);
 }
 
@@ -127,7 +132,11 @@ fn noise_below_the_threshold_leaves_a_wall_whole_and_noise_above_divides_it() {
         for (number, point) in points.iter_mut().enumerate() {
             let off = if number % 2 == 0 { delta } else { -delta };
             let [x, y] = *point;
-            *point = if x.abs() >= 1500 { [x + off, y] } else { [x, y + off] };
+            *point = if x.abs() >= 1500 {
+                [x + off, y]
+            } else {
+                [x, y + off]
+            };
         }
         Polygon::<1024>::of(&scan(&points), &PolygonRules::DEFAULT).unwrap()
     };
@@ -178,7 +187,9 @@ fn a_scan_that_meets_nothing_is_round_at_the_scanners_range() {
 
 #[test]
 fn a_scan_with_too_many_pieces_is_refused_with_the_room_there_was() {
-    let zigzag: Vec<_> = (0..200).map(|n| [1000 + n % 2 * 500, n * 20 - 2000]).collect();
+    let zigzag: Vec<_> = (0..200)
+        .map(|n| [1000 + n % 2 * 500, n * 20 - 2000])
+        .collect();
     let refused = Polygon::<16>::of(&scan(&zigzag), &PolygonRules::DEFAULT);
     assert_eq!(refused.unwrap_err(), TooManyElements { room: 16 });
 }
@@ -187,7 +198,10 @@ fn a_scan_with_too_many_pieces_is_refused_with_the_room_there_was() {
 fn rules_that_cannot_be_are_refused() {
     let base = PolygonConfig::DEFAULT;
     for spread in [0, 1001] {
-        let refused = PolygonRules::try_new(PolygonConfig { spread: mm(spread), ..base });
+        let refused = PolygonRules::try_new(PolygonConfig {
+            spread: mm(spread),
+            ..base
+        });
         assert_eq!(refused, Err(PolygonConfigError::Spread));
     }
     let turn = BinaryAngle::from_millidegrees(90_100);
