@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`smart_car`] | the case study's robot: its grid, where its sensors sit, how they sweep |
 //! | [`rehearsal`] | made-up readings through the real fusion level, to compare machines |
+//! | [`ring_rehearsal`] | a made-up room through the real diagnosis of a sonar ring, likewise |
 //!
 //! Everything here runs on the microcontroller and, unchanged, in the host's simulator.
 #![cfg_attr(not(test), no_std)]
@@ -26,4 +27,5 @@
 )]
 
 pub mod rehearsal;
+pub mod ring_rehearsal;
 pub mod smart_car;

@@ -49,7 +49,7 @@ pub fn run() -> Result<Outcome, Refused> {
     let mut mapper = Mapper::new(grid.map_err(|_| Refused)?, health, HealthRules::DEFAULT);
     const ACCURACY: U0F16 = U0F16::lit("0.1");
     let model = smart_car::beam_model(ACCURACY);
-    let mut dice = Dice(1);
+    let mut dice = Dice::new(1);
     let mut told = 0_u32;
     for step in 0..SWEEPS.saturating_mul(SWEEP.directions().into()) {
         for slot in 0..SENSORS {
@@ -79,16 +79,21 @@ pub fn run() -> Result<Outcome, Refused> {
         digest.take(health.missing());
     }
     Ok(Outcome {
-        digest: digest.0,
+        digest: digest.value(),
         told,
     })
 }
 
 /// A small generator of made-up readings (xorshift, 32 bits).
-struct Dice(u32);
+pub(crate) struct Dice(u32);
 
 impl Dice {
-    fn next(&mut self) -> u32 {
+    /// Throws that `seed`, not zero, decides.
+    pub(crate) const fn new(seed: u32) -> Self {
+        Self(seed)
+    }
+
+    pub(crate) fn next(&mut self) -> u32 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 17;
         self.0 ^= self.0 << 5;
@@ -107,12 +112,16 @@ impl Dice {
 }
 
 /// FNV-1a, 32 bits.
-struct Digest(u32);
+pub(crate) struct Digest(u32);
 
 impl Digest {
-    const NEW: Self = Self(0x811C_9DC5);
+    pub(crate) const NEW: Self = Self(0x811C_9DC5);
 
-    fn take(&mut self, word: u32) {
+    pub(crate) const fn value(&self) -> u32 {
+        self.0
+    }
+
+    pub(crate) fn take(&mut self, word: u32) {
         for byte in word.to_le_bytes() {
             self.0 = (self.0 ^ u32::from(byte)).wrapping_mul(0x0100_0193);
         }

@@ -72,7 +72,8 @@ impl Plan {
     fn picture(&self) -> Picture {
         let places = || {
             let runs = self.layers.iter().flat_map(|layer| &layer.runs);
-            runs.flatten().filter(|(x, y)| x.is_finite() && y.is_finite())
+            runs.flatten()
+                .filter(|(x, y)| x.is_finite() && y.is_finite())
         };
         let span = |coordinate: fn(&(f64, f64)) -> f64| {
             let all = places().map(coordinate);

@@ -104,9 +104,8 @@ impl<'a> Acoustics<'a> {
             (apart(from.at, place) + apart(place, to.at), place)
         });
         let heard = flat.chain(corners).chain(round).filter(|&(_, place)| {
-            let clear = |sonar: &Sonar| {
-                sonar.sees(place) && self.world.free_between(sonar.at, place)
-            };
+            let clear =
+                |sonar: &Sonar| sonar.sees(place) && self.world.free_between(sonar.at, place);
             clear(from) && clear(to)
         });
         heard.map(|(length, _)| length).min_by(f64::total_cmp)
@@ -145,7 +144,10 @@ fn sonars(ring: &Ring<SONARS>, robot: Pose, turned: &[Turned]) -> Vec<Sonar> {
     let sensors = ring.sensors();
     let sonars = sensors.map(|sensor| {
         let bearing = robot.heading.wrapping_add(ring.bearing(sensor)).direction();
-        let (cos, sin) = (f64::from(bearing.cos()) / scale, f64::from(bearing.sin()) / scale);
+        let (cos, sin) = (
+            f64::from(bearing.cos()) / scale,
+            f64::from(bearing.sin()) / scale,
+        );
         let off = turned.iter().filter(|turned| turned.slot == sensor.slot());
         let (off_sin, off_cos) = off.map(|turned| turned.radians).sum::<f64>().sin_cos();
         Sonar {

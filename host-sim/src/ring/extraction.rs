@@ -1,9 +1,9 @@
 //! How well the polygon shows the world: segments found, and how far corners are off.
 
+use super::ELEMENTS;
 use super::lasers::{LaserPair, ScannerModel};
 use super::observation::Situation;
 use super::surfaces::{Face, Place, Surfaces};
-use super::ELEMENTS;
 use super::sweep::{Sweep, SweepError};
 use certainty_core::diagnosis::{ElementKind, FinePoint, Polygon};
 use certainty_core::units::{Direction, Millimeters, Pose};
@@ -21,7 +21,7 @@ pub struct Extraction<'a> {
 }
 
 /// What came out at one noise and resolution.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ExtractionRow {
     /// Resolution of both scanners.
     pub resolution_mm: u32,
@@ -132,7 +132,10 @@ impl Extraction<'_> {
             }
             for corner in corners(&surfaces, &stretches) {
                 row.corners += 1;
-                let vertices = polygon.elements().iter().map(|e| in_world(e.start(), robot));
+                let vertices = polygon
+                    .elements()
+                    .iter()
+                    .map(|e| in_world(e.start(), robot));
                 let away = vertices.map(|(x, y)| (x - corner.0).hypot(y - corner.1));
                 let nearest = away.fold(f64::INFINITY, f64::min);
                 if nearest <= 200.0 {
@@ -151,7 +154,10 @@ impl Extraction<'_> {
 fn in_world(place: FinePoint, robot: Pose) -> Place {
     let scale = f64::from(1_u32 << Direction::FRACTION_BITS);
     let heading = robot.heading.direction();
-    let (cos, sin) = (f64::from(heading.cos()) / scale, f64::from(heading.sin()) / scale);
+    let (cos, sin) = (
+        f64::from(heading.cos()) / scale,
+        f64::from(heading.sin()) / scale,
+    );
     let steps = f64::from(FinePoint::STEPS);
     let (x, y) = (f64::from(place.x()) / steps, f64::from(place.y()) / steps);
     (
@@ -224,14 +230,18 @@ fn stretches(surfaces: &Surfaces, lasers: &LaserPair, robot: Pose) -> Vec<Stretc
 
 /// The flat face that a ray meets first, and where; `None` if that is something round, or nothing.
 fn hit(surfaces: &Surfaces, from: Place, along: Place) -> Option<(usize, Place)> {
-    let faces = surfaces.faces.iter().enumerate().filter_map(|(number, face)| {
-        let sine = along.0 * face.along.1 - along.1 * face.along.0;
-        let (dx, dy) = (face.from.0 - from.0, face.from.1 - from.1);
-        let away = (dx * face.along.1 - dy * face.along.0) / sine;
-        let at = (dx * along.1 - dy * along.0) / sine;
-        let met = away > 0.0 && (0.0..=face.length).contains(&at);
-        met.then_some((away, Some(number)))
-    });
+    let faces = surfaces
+        .faces
+        .iter()
+        .enumerate()
+        .filter_map(|(number, face)| {
+            let sine = along.0 * face.along.1 - along.1 * face.along.0;
+            let (dx, dy) = (face.from.0 - from.0, face.from.1 - from.1);
+            let away = (dx * face.along.1 - dy * face.along.0) / sine;
+            let at = (dx * along.1 - dy * along.0) / sine;
+            let met = away > 0.0 && (0.0..=face.length).contains(&at);
+            met.then_some((away, Some(number)))
+        });
     let discs = surfaces.discs.iter().filter_map(|&(centre, radius)| {
         let (dx, dy) = (centre.0 - from.0, centre.1 - from.1);
         let ahead = dx * along.0 + dy * along.1;

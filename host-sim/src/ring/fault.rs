@@ -134,7 +134,10 @@ impl FromStr for RingFault {
         };
         let (kind, sensor) = spec.split_once(':').unwrap_or(("falsified", spec));
         let defect: RingDefect = kind.parse()?;
-        let number = sensor.parse::<u8>().ok().filter(|&n| usize::from(n) <= SONARS);
+        let number = sensor
+            .parse::<u8>()
+            .ok()
+            .filter(|&n| usize::from(n) <= SONARS);
         let sensor = number
             .and_then(SensorId::new)
             .ok_or_else(|| RingFaultError::BadSensor(Excerpt::new(sensor)))?;

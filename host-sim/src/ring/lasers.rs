@@ -153,9 +153,14 @@ mod tests {
         let pair = LaserPair::try_new([ScannerModel::COARSE, ScannerModel::FINE]).unwrap();
         let robot = Pose::new(Point::from_mm(1800, 2000), BinaryAngle::ZERO);
         let scan = pair.scan(&World::office(), robot, 7, 0).unwrap();
-        let away = |point: Point, y: i32| f64::from(point.x_mm()).hypot(f64::from(point.y_mm() - y));
+        let away =
+            |point: Point, y: i32| f64::from(point.x_mm()).hypot(f64::from(point.y_mm() - y));
         for (number, point) in scan.points().enumerate() {
-            let (y, step) = if number < 361 { (100, 50.0) } else { (-100, 10.0) };
+            let (y, step) = if number < 361 {
+                (100, 50.0)
+            } else {
+                (-100, 10.0)
+            };
             let distance = away(point, y);
             let off = (distance / step).round() * step - distance;
             assert!(off.abs() < 1.5, "beam {number}: {distance}");

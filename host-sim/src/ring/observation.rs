@@ -151,7 +151,10 @@ impl<'a> Situation<'a> {
                 let reading = length.map_or(Reading::NoObject, |length| {
                     Reading::Echo(Millimeters::new(length.round() as u32))
                 });
-                let ends = (SensorId::from_slot(from), SensorId::from_slot(receiver(from, column)));
+                let ends = (
+                    SensorId::from_slot(from),
+                    SensorId::from_slot(receiver(from, column)),
+                );
                 if let (Some(from), Some(to)) = ends {
                     let set = echoes.set(from, to, reading);
                     debug_assert!(set.is_ok(), "neighbours hear each other");
@@ -183,7 +186,11 @@ impl<'a> Situation<'a> {
                         // Off upwards, or downwards where upwards would be out of range.
                         let (was, by) = (was.unwrap_or(farthest), 2.0 * f64::from(by.get()));
                         let up = was + by;
-                        *length = Some(if up <= farthest { up } else { (was - by).max(0.0) });
+                        *length = Some(if up <= farthest {
+                            up
+                        } else {
+                            (was - by).max(0.0)
+                        });
                     }
                     RingDefect::Blind if sends || hears => *length = None,
                     RingDefect::Stuck(at) if hears => *length = Some(2.0 * f64::from(at.get())),

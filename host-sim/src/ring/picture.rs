@@ -28,7 +28,9 @@ pub fn draw(
     let mut files = Vec::new();
     let elements = observation.polygon.elements();
     let outline = |kind: ElementKind| {
-        let of_kind = elements.iter().filter(move |element| element.kind() == kind);
+        let of_kind = elements
+            .iter()
+            .filter(move |element| element.kind() == kind);
         of_kind.map(line).collect::<Vec<_>>()
     };
     let points: Vec<Place> = observation
@@ -42,8 +44,17 @@ pub fn draw(
         runs,
     };
     let walls = || layer("wall", Ink::Solid, outline(ElementKind::Wall));
-    let pseudo = || layer("pseudo line segment", Ink::Dashed, outline(ElementKind::Pseudo));
-    let vertices = elements.iter().map(|element| metres(element.start())).collect();
+    let pseudo = || {
+        layer(
+            "pseudo line segment",
+            Ink::Dashed,
+            outline(ElementKind::Pseudo),
+        )
+    };
+    let vertices = elements
+        .iter()
+        .map(|element| metres(element.start()))
+        .collect();
     let scan = Plan {
         title: "Laser scan and polygon, robot's frame".into(),
         layers: vec![
@@ -55,7 +66,10 @@ pub fn draw(
     };
     files.extend(scan.write(out, "ring-scan")?);
     let arcs = |distances: &Distances<SONARS>, across: bool| -> Vec<Vec<Place>> {
-        let paths = situation.ring.paths().filter(|path| (path.order() > 0) == across);
+        let paths = situation
+            .ring
+            .paths()
+            .filter(|path| (path.order() > 0) == across);
         paths.map(|path| arc(situation, path, distances)).collect()
     };
     let echoes = |title: &str, distances: &Distances<SONARS>| Plan {

@@ -236,8 +236,12 @@ impl DirectAssessment {
                 let readings = recording.rows.iter().map(|row| &row.readings[slot]);
                 readings.filter(|reading| wanted(reading)).count()
             };
-            let equal = runs(&recording.rows, slot, |reading| matches!(reading, Reading::Echo(_)));
-            let silent = runs(&recording.rows, slot, |reading| *reading == Reading::NoObject);
+            let equal = runs(&recording.rows, slot, |reading| {
+                matches!(reading, Reading::Echo(_))
+            });
+            let silent = runs(&recording.rows, slot, |reading| {
+                *reading == Reading::NoObject
+            });
             let half = Millimeters::new(ring.config().range.get() / 2);
             SensorSummary {
                 sensor: slot as u8 + 1,
@@ -377,8 +381,15 @@ mod tests {
         };
         assert_eq!(assessed.sensors[3].stuck, [run(Some(700))]);
         assert_eq!(assessed.sensors[11].blind, [run(None)]);
-        let others = assessed.sensors.iter().filter(|s| ![4, 12].contains(&s.sensor));
-        assert!(others.clone().all(|s| s.stuck.is_empty() && s.blind.is_empty()));
+        let others = assessed
+            .sensors
+            .iter()
+            .filter(|s| ![4, 12].contains(&s.sensor));
+        assert!(
+            others
+                .clone()
+                .all(|s| s.stuck.is_empty() && s.blind.is_empty())
+        );
         // Equal distances all around: each meets all six neighbours, save those that are wrong.
         assert_eq!(assessed.overlaps, (6, 35));
         assert!((assessed.sensors[20].mean_intersections - 6.0).abs() < 1e-9);
@@ -388,7 +399,10 @@ mod tests {
     #[test]
     fn any_bytes_are_read_and_what_is_no_row_is_counted() {
         let sound = ["1.0"; 24].join(",");
-        let odd: Vec<_> = ["nan", "inf", "-1"].into_iter().chain(["2.0"; 21]).collect();
+        let odd: Vec<_> = ["nan", "inf", "-1"]
+            .into_iter()
+            .chain(["2.0"; 21])
+            .collect();
         let text = format!("{sound}\nmetres\n{}\n\n1,2,3\r\n", odd.join(","));
         let mut bytes = text.into_bytes();
         bytes.extend(b"\xff\xfe\n");

@@ -1,8 +1,8 @@
 //! How many faulty sonars are found, over many places and every kind of fault.
 
+use super::SONARS;
 use super::fault::{RingDefect, RingFault};
 use super::observation::{Judged, Situation};
-use super::SONARS;
 use crate::transducer::stream::{Purpose, stream};
 use crate::world::World;
 use certainty_core::diagnosis::{Distances, Folded, TooManyElements};
@@ -91,7 +91,7 @@ pub struct PoseResult {
 }
 
 /// One kind of fault, of one or two sonars at once, over all places.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct KindRow {
     /// What is wrong.
     pub kind: &'static str,
@@ -216,7 +216,9 @@ impl Sweep<'_> {
             y_mm: pose.at.y_mm(),
             source,
         };
-        let observed = situation.observe(pose, &[], self.seed, part).map_err(full)?;
+        let observed = situation
+            .observe(pose, &[], self.seed, part)
+            .map_err(full)?;
         let sound = situation.judge(&observed);
         let sensors = self.pair(part);
         let spoilt = |defect: RingDefect, faulty: usize| {
@@ -273,7 +275,9 @@ impl Sweep<'_> {
 /// Every kind of fault, of one sonar and of two.
 fn cases() -> Vec<(RingDefect, usize)> {
     let kinds = RingDefect::ALL.into_iter();
-    kinds.flat_map(|defect| [(defect, 1), (defect, 2)]).collect()
+    kinds
+        .flat_map(|defect| [(defect, 1), (defect, 2)])
+        .collect()
 }
 
 /// Whether the robot fits.

@@ -100,7 +100,10 @@ impl World {
     /// Units: millimetres, as coordinates are written.
     #[must_use]
     pub fn free_between(&self, from: (f64, f64), to: (f64, f64)) -> bool {
-        let start = Vector { x: from.0, y: from.1 };
+        let start = Vector {
+            x: from.0,
+            y: from.1,
+        };
         let way = Vector { x: to.0, y: to.1 }.minus(start);
         let length = way.length();
         if length == 0.0 {
@@ -114,7 +117,9 @@ impl World {
             .obstacles
             .iter()
             .filter_map(|obstacle| obstacle.entered_by(start, along));
-        entered.min_by(f64::total_cmp).is_none_or(|first| first >= length - 0.5)
+        entered
+            .min_by(f64::total_cmp)
+            .is_none_or(|first| first >= length - 0.5)
     }
 
     /// Tells whether an obstacle covers the place `at`, given as coordinates are written.
