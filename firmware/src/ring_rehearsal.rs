@@ -19,7 +19,7 @@ const SONARS: usize = 24;
 const BEAMS: usize = 722;
 
 /// Room for elements of the polygon.
-pub const ELEMENTS: usize = 48;
+pub const ELEMENTS: usize = 64;
 
 /// The sonar whose distances are falsified in the second assessment, as in \[003\] §7.
 pub const FALSIFIED: u8 = 4;
@@ -95,9 +95,8 @@ fn range(from: Point, direction: Direction) -> u32 {
 }
 
 /// Both scanners' beams, off by up to 15 mm.
-fn scan(dice: &mut Dice) -> Result<Scan<BEAMS>, Refused> {
+fn fill(scan: &mut Scan<BEAMS>, dice: &mut Dice) -> Result<(), Refused> {
     let behind = BinaryAngle::HALF.wrapping_add(BinaryAngle::QUARTER);
-    let mut scan = Scan::new();
     for heading in [BinaryAngle::QUARTER, behind] {
         let mount = Pose::new(Point::ORIGIN, heading);
         let scanner = Scanner::try_new(mount, Millimeters::new(8000)).map_err(|_| Refused)?;
@@ -112,7 +111,23 @@ fn scan(dice: &mut Dice) -> Result<Scan<BEAMS>, Refused> {
             added.map_err(|_| Refused)?;
         }
     }
-    Ok(scan)
+    Ok(())
+}
+
+/// Scans the room and makes its polygon; the scan is gone from the stack afterwards. Returns how long
+/// the polygon took.
+#[inline(never)]
+fn look(
+    polygon: &mut Polygon<ELEMENTS>,
+    dice: &mut Dice,
+    clock: &mut impl FnMut() -> u32,
+) -> Result<u32, Refused> {
+    let mut scan = Scan::new();
+    fill(&mut scan, dice)?;
+    let begin = clock();
+    let made = polygon.remake(&scan, &PolygonRules::DEFAULT);
+    made.map_err(|_| Refused)?;
+    Ok(clock().wrapping_sub(begin))
 }
 
 /// How far two sonars are apart, in millimetres, by how many places: 600 · sin(7.5° · places).
@@ -146,7 +161,9 @@ fn echoes(
                 (true, false) => length.saturating_add(1000),
             };
             let reading = Reading::Echo(Millimeters::new(length));
-            echoes.set(transmitter, receiver, reading).map_err(|_| Refused)?;
+            echoes
+                .set(transmitter, receiver, reading)
+                .map_err(|_| Refused)?;
         }
     }
     Ok(echoes)
@@ -164,33 +181,48 @@ fn ends(path: Path) -> Option<[SensorId; 2]> {
 ///
 /// `clock` counts up, however fast, and wraps; the parts of the first assessment are timed with it.
 ///
-/// Memory: the scan, the polygon, and below 2 KB of stack besides.
+/// Memory: the polygon and the scan, then the polygon and what is made of it: below 8 KB of stack.
 ///
 /// # Errors
 ///
 /// [`Refused`], which would be a defect here: nothing depends on the outside.
 pub fn run(mut clock: impl FnMut() -> u32) -> Result<Outcome, Refused> {
     let mut dice = Dice::new(3);
-    let scan = scan(&mut dice)?;
+    let mut polygon = Polygon::empty();
+    let ticks = look(&mut polygon, &mut dice, &mut clock)?;
+    let outcome = assess(&polygon, &mut dice, &mut clock)?;
+    Ok(Outcome {
+        ticks: Ticks {
+            polygon: ticks,
+            ..outcome.ticks
+        },
+        ..outcome
+    })
+}
+
+/// Assesses the ring in these surroundings, sound and with a falsified sonar.
+#[inline(never)]
+fn assess(
+    polygon: &Polygon<ELEMENTS>,
+    dice: &mut Dice,
+    clock: &mut impl FnMut() -> u32,
+) -> Result<Outcome, Refused> {
     let ring = Ring::try_new(RingConfig::DEFAULT).map_err(|_| Refused)?;
     let rules = RingRules::DEFAULT;
     let mut monitor = Monitor::<SONARS>::new(rules);
     let mut digest = Digest::NEW;
 
-    let begin = clock();
-    let polygon = Polygon::<ELEMENTS>::of(&scan, &PolygonRules::DEFAULT);
-    let polygon = polygon.map_err(|_| Refused)?;
     let seen = clock();
-    let expected = Distances::simulated(&ring, &polygon);
+    let expected = Distances::simulated(&ring, polygon);
     let simulated = clock();
-    let sound = echoes(&ring, &expected, &mut dice, None)?;
+    let sound = echoes(&ring, &expected, dice, None)?;
     let measured = clock();
     let heard = Distances::fold(&ring, &sound, &rules);
     let folded = clock();
     let assessment = monitor.assess(&ring, Some(&expected), &heard);
     let done = clock();
     let ticks = Ticks {
-        polygon: seen.wrapping_sub(begin),
+        polygon: 0,
         simulation: simulated.wrapping_sub(seen),
         fold: folded.wrapping_sub(measured),
         vectors: done.wrapping_sub(folded),
@@ -208,7 +240,7 @@ pub fn run(mut clock: impl FnMut() -> u32) -> Result<Outcome, Refused> {
         digest.take(u32::from(element.kind() as u8) << 8 | u32::from(element.joint() as u8));
     }
     let wrong = SensorId::new(FALSIFIED);
-    let falsified = echoes(&ring, &expected, &mut dice, wrong)?;
+    let falsified = echoes(&ring, &expected, dice, wrong)?;
     let falsified = Distances::fold(&ring, &falsified, &rules);
     let second = monitor.assess(&ring, Some(&expected), &falsified);
     for path in ring.paths() {
@@ -222,7 +254,10 @@ pub fn run(mut clock: impl FnMut() -> u32) -> Result<Outcome, Refused> {
     }
     let mut faulty = 0_u32;
     for assessment in [&assessment, &second] {
-        for vector in [assessment.simulation_based(), assessment.intersection_based()] {
+        for vector in [
+            assessment.simulation_based(),
+            assessment.intersection_based(),
+        ] {
             for &confidence in vector {
                 digest.take(confidence.into());
             }

@@ -41,9 +41,17 @@ fn a_look_around_reports_vectors_and_draws_the_figures() {
     ];
     assert_eq!(keys(&document), top);
     let sums = overall(&document["vectors"]);
-    let zero: Vec<u64> = (1..).zip(&sums).filter(|(_, sum)| **sum == 0).map(|(n, _)| n).collect();
+    let zero: Vec<u64> = (1..)
+        .zip(&sums)
+        .filter(|(_, sum)| **sum == 0)
+        .map(|(n, _)| n)
+        .collect();
     assert_eq!(zero, numbers(&document["faulty"]));
-    assert_eq!(zero, [4], "sensor 4 is falsified: its value is 0 and every other above");
+    assert_eq!(
+        zero,
+        [4],
+        "sensor 4 is falsified: its value is 0 and every other above"
+    );
     let files = document["files"].as_array().unwrap();
     assert_eq!(files.len(), 10, "five pictures, each as PNG and SVG");
     for file in files {
@@ -51,7 +59,10 @@ fn a_look_around_reports_vectors_and_draws_the_figures() {
         assert!(bytes.len() > 1000);
     }
     let scan = fs::read_to_string(folder.path().join("out/ring-scan.svg")).unwrap();
-    assert!(scan.contains("stroke-dasharray"), "pseudo line segments are dashed");
+    assert!(
+        scan.contains("stroke-dasharray"),
+        "pseudo line segments are dashed"
+    );
     let again = certainty(folder.path(), "ring --fault 4 --json").json();
     assert_eq!(document, again);
 }
@@ -87,7 +98,10 @@ fn a_sweep_counts_what_was_found_and_what_was_not() {
     assert_eq!(document["false_alarms"], alarms);
     let kinds = document["kinds"].as_array().unwrap();
     assert_eq!(kinds.len(), 10, "five kinds, one sonar and two");
-    assert_eq!(alone("ring --sweep --json --poses 12 --jobs 1").json(), document);
+    assert_eq!(
+        alone("ring --sweep --json --poses 12 --jobs 1").json(),
+        document
+    );
 }
 
 #[test]
@@ -97,9 +111,15 @@ fn the_polygons_show_nearly_all_of_the_office() {
         let number = |name: &str| row[name].as_f64().unwrap();
         let what = format!("{row}");
         assert_eq!(row["refused"], 0, "{what}");
-        assert!(number("segments") > 200.0 && number("corners") > 100.0, "{what}");
+        assert!(
+            number("segments") > 200.0 && number("corners") > 100.0,
+            "{what}"
+        );
         if number("noise_mm") <= 5.0 {
-            assert!(number("segments_found") > 0.9 * number("segments"), "{what}");
+            assert!(
+                number("segments_found") > 0.9 * number("segments"),
+                "{what}"
+            );
             assert!(number("corners_found") > 0.9 * number("corners"), "{what}");
         }
         // A vertex is off by no more than what made it a vertex.
@@ -113,7 +133,10 @@ fn a_recording_is_assessed_as_far_as_it_goes() {
     let row = |metres: &str| [metres; 24].join(",") + ",Move-Forward\n";
     let folder = folder_with(row("1.000") + &row("nan") + "not a row\n" + &row("5.0"));
     let document = certainty(folder.path(), "ring --recording input --json").json();
-    assert_eq!((&document["rows"], &document["skipped"]), (&3.into(), &1.into()));
+    assert_eq!(
+        (&document["rows"], &document["skipped"]),
+        (&3.into(), &1.into())
+    );
     let overlaps = (&document["overlaps_assessed"], &document["overlaps_in_all"]);
     assert_eq!(overlaps, (&6.into(), &35.into()));
     for sensor in document["sensors"].as_array().unwrap() {
@@ -135,13 +158,19 @@ fn the_real_ring_is_assessed() {
     let folder = tempfile::tempdir().unwrap();
     let arguments = format!("ring --json --recording {}", file.display());
     let document = certainty(folder.path(), &arguments).json();
-    assert_eq!((&document["rows"], &document["skipped"]), (&5456.into(), &0.into()));
+    assert_eq!(
+        (&document["rows"], &document["skipped"]),
+        (&5456.into(), &0.into())
+    );
     // Counted with awk in the file: sonar 1 says 5 m or more 67 times, sonar 10 1065 times.
     assert_eq!(document["sensors"][0]["no_object"], 67);
     assert_eq!(document["sensors"][9]["no_object"], 1065);
     // The longest run of equal echoes is sonar 19's, lines 3149 to 3169 (counted likewise).
     let longest = &document["sensors"][18]["longest_equal"];
-    assert_eq!((&longest["rows"], &longest["from_line"]), (&21.into(), &3149.into()));
+    assert_eq!(
+        (&longest["rows"], &longest["from_line"]),
+        (&21.into(), &3149.into())
+    );
     assert_eq!(longest["reading_mm"], 350);
 }
 
@@ -171,7 +200,10 @@ fn bad_input_is_refused_in_one_line() {
 #[test]
 fn a_ring_fits_a_small_microcontroller() {
     assert_eq!(size_of::<Element>(), 36, "Memory: 36 bytes");
-    assert!(size_of::<Scan<722>>() <= 4 * 722 + 16, "4 bytes a beam and 12");
+    assert!(
+        size_of::<Scan<722>>() <= 4 * 722 + 16,
+        "4 bytes a beam and 12"
+    );
     assert!(size_of::<Polygon<64>>() <= 36 * 64 + 8);
     assert_eq!(size_of::<Echoes<24>>(), 14 * 24);
     assert_eq!(size_of::<Distances<24>>(), 8 * 24);

@@ -58,7 +58,10 @@ fn the_host_and_a_cortex_m3_under_qemu_check_a_ring_alike_and_in_8_kb() {
 
     // SysTick counts 24 MHz and an instruction takes 32 ns: 0.768 ticks.
     let ticks = printed.lines().find(|line| line.starts_with("ticks "));
-    let numbers = ticks.unwrap().split(' ').filter_map(|word| word.parse::<f64>().ok());
+    let numbers = ticks
+        .unwrap()
+        .split(' ')
+        .filter_map(|word| word.parse::<f64>().ok());
     let instructions: f64 = numbers.map(|ticks| ticks / 0.768).sum();
     // Half a minute of a 24 MHz part would be no check that one runs while driving.
     assert!(

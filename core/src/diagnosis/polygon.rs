@@ -236,14 +236,29 @@ impl<const ELEMENTS: usize> Polygon<ELEMENTS> {
         scan: &Scan<BEAMS>,
         rules: &PolygonRules,
     ) -> Result<Self, TooManyElements> {
+        let mut polygon = Self::empty();
+        polygon.remake(scan, rules)?;
+        Ok(polygon)
+    }
+
+    /// Makes this polygon that of a scan, as [`Polygon::of`] does, without a second one on the stack.
+    ///
+    /// # Errors
+    ///
+    /// [`TooManyElements`] as for [`Polygon::of`]; the polygon is empty then.
+    pub fn remake<const BEAMS: usize>(
+        &mut self,
+        scan: &Scan<BEAMS>,
+        rules: &PolygonRules,
+    ) -> Result<(), TooManyElements> {
+        self.elements.clear();
         let points = Points(scan.raw());
         let pieces = closed::<ELEMENTS>(points, rules.0.spread);
         let pieces = pieces.map_err(|Full| TooManyElements { room: ELEMENTS })?;
-        let mut polygon = Self::empty();
-        for &piece in &pieces {
+        let elements = pieces.iter().map(|&piece| {
             let line = points.moments(piece).line();
             let pseudo = line.distance() <= rules.0.pseudo_within;
-            let element = Element {
+            Element {
                 line,
                 start: line.at(line.position(fine(points.at(piece.first)))),
                 end: line.at(line.position(fine(points.at(piece.last)))),
@@ -254,15 +269,20 @@ impl<const ELEMENTS: usize> Polygon<ELEMENTS> {
                     ElementKind::Wall
                 },
                 joint: Joint::Open,
+            }
+        });
+        for element in elements {
+            // There is room for as many elements as there is for pieces.
+            let Ok(()) = self.elements.push(element) else {
+                self.elements.clear();
+                return Err(TooManyElements { room: ELEMENTS });
             };
-            let room = polygon.elements.push(element);
-            room.map_err(|_| TooManyElements { room: ELEMENTS })?;
         }
         // A single line is open: it has the ends of its points.
         if pieces.len() > 1 {
-            polygon.join(points, &pieces, &rules.0);
+            self.join(points, &pieces, &rules.0);
         }
-        Ok(polygon)
+        Ok(())
     }
 
     /// Puts a vertex between each element and the one before it, and says what it is.
@@ -280,12 +300,11 @@ impl<const ELEMENTS: usize> Polygon<ELEMENTS> {
             element.start = near.unwrap_or(between);
             before = element.line;
         }
-        let starts = self.elements.iter().map(|element| element.start);
-        // Each ends where the next starts; the vertices are copied as the elements are changed.
-        let starts: heapless::Vec<FinePoint, ELEMENTS> = starts.collect();
-        let ends = starts.iter().skip(1).chain(starts.first());
-        for (element, &end) in self.elements.iter_mut().zip(ends) {
-            element.end = end;
+        // Each ends where the next starts, so the last is done first.
+        let mut next = self.elements.first().map(|first| first.start);
+        for element in self.elements.iter_mut().rev() {
+            element.end = next.unwrap_or(element.end);
+            next = Some(element.start);
         }
         let sine = config.turn.direction().sin();
         let mut before = self.elements.last().copied();

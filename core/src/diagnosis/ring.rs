@@ -128,7 +128,7 @@ impl Sonar {
 }
 
 /// A turn in thousandths of a degree.
-const TURN: u64 = 360_000;
+const TURN: u32 = 360_000;
 
 impl<const SENSORS: usize> Ring<SENSORS> {
     /// Places on the ring, which must be more than a sonar with its neighbours takes.
@@ -212,9 +212,12 @@ impl<const SENSORS: usize> Ring<SENSORS> {
 
     /// The angle that the cones of two sonars share far away: 60°, 45°, 30° or 15° (\[003\] §4), times
     /// the number of sonars, in thousandths of a degree.
-    const fn shared(&self, order: u8) -> i64 {
-        let opening = (self.0.opening_millidegrees as i64).wrapping_mul(Self::SLOTS as i64);
-        opening.wrapping_sub((order as i64).wrapping_mul(TURN.cast_signed()))
+    ///
+    /// Range: at most 120° of 120 sonars, 14.4 million.
+    const fn shared(&self, order: u8) -> i32 {
+        let opening = self.0.opening_millidegrees.cast_signed();
+        let opening = opening.wrapping_mul(Self::SLOTS as i32);
+        opening.wrapping_sub((order as i32).wrapping_mul(TURN.cast_signed()))
     }
 
     /// Half of the angle that the cones share far away, in steps of a [`BinaryAngle`], rounded up.
@@ -223,8 +226,9 @@ impl<const SENSORS: usize> Ring<SENSORS> {
         if shared <= 0 {
             return 0;
         }
-        let turns = (Self::SLOTS as u64).wrapping_mul(TURN).wrapping_mul(2);
-        match (shared.unsigned_abs() << 16).checked_div(turns) {
+        let turns = (Self::SLOTS as u64).wrapping_mul(TURN as u64);
+        let turns = turns.wrapping_mul(2);
+        match ((shared.unsigned_abs() as u64) << 16).checked_div(turns) {
             Some(steps) => saturating_u16(steps.wrapping_add(1)),
             None => 0,
         }
@@ -237,7 +241,7 @@ impl<const SENSORS: usize> Ring<SENSORS> {
     pub(super) const fn overlap(&self, one: Path, other: Path) -> bool {
         let (a, b) = (self.shared(one.order), self.shared(other.order));
         let apart = Self::half_spacings(one).wrapping_sub(Self::half_spacings(other));
-        let around = (Self::SLOTS as i64).wrapping_mul(2);
+        let around = (Self::SLOTS as i32).wrapping_mul(2);
         let Some(apart) = apart.checked_rem_euclid(around) else {
             return false;
         };
@@ -248,9 +252,9 @@ impl<const SENSORS: usize> Ring<SENSORS> {
     }
 
     /// Where a path's middle is, in half spacings from sonar 1.
-    const fn half_spacings(path: Path) -> i64 {
-        let twice = (path.from as i64).wrapping_mul(2);
-        twice.wrapping_add(path.order as i64)
+    const fn half_spacings(path: Path) -> i32 {
+        let twice = (path.from as i32).wrapping_mul(2);
+        twice.wrapping_add(path.order as i32)
     }
 
     /// The place in the ring `places` on from `slot`, which may be less than none.
