@@ -6,6 +6,7 @@
 //! |---|---|---|
 //! | transducer | [`transducer`] | a sensor's answer into a [`Reading`](transducer::Reading) that says why it is what it is |
 //! | fusion | [`fusion`], [`health`] | readings into a [`CertaintyGrid`](fusion::CertaintyGrid) and each sensor's [`Health`](health::Health) |
+//! | | [`diagnosis`] | a sonar ring's echoes and a laser scan into each sonar's [`Health`](health::Health) |
 //! | control | (to come) | an [`Environment`](fusion::Environment) into motion |
 //!
 //! Which sensor does what when, and so the order of the readings, is a [`schedule`].
@@ -21,6 +22,7 @@
 //! | \[001\] §7, memory | [`fusion::owner_bytes`] |
 //! | \[002\] Fig. 1, local sensor validation | [`transducer::Validator`] |
 //! | \[002\] Fig. 1, data flow | [`fusion::Mapper`] |
+//! | \[003\] error detection for a sonar ring | [`diagnosis`] |
 //!
 //! No heap, no clock, no I/O, no `unsafe`, no panic. The grid's path is integers only: the same
 //! readings give the same bits on a Cortex-M3 and on a workstation.
@@ -44,6 +46,7 @@
 )]
 
 pub mod certainty;
+pub mod diagnosis;
 pub mod fusion;
 pub mod health;
 mod narrow;

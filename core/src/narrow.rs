@@ -42,6 +42,26 @@ pub(crate) const fn saturating_i32(value: i64) -> i32 {
     }
 }
 
+/// The nearest value of 16 bits.
+pub(crate) const fn saturating_i16(value: i32) -> i16 {
+    if value > i16::MAX as i32 {
+        i16::MAX
+    } else if value < i16::MIN as i32 {
+        i16::MIN
+    } else {
+        value as i16
+    }
+}
+
+/// The nearest value of 16 bits.
+pub(crate) const fn saturating_u16(value: u64) -> u16 {
+    if value > u16::MAX as u64 {
+        u16::MAX
+    } else {
+        value as u16
+    }
+}
+
 /// The nearest value of 8 bits.
 pub(crate) const fn saturating_i8(value: i64) -> i8 {
     if value > i8::MAX as i64 {

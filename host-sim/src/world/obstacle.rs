@@ -26,6 +26,20 @@ enum Outline {
     },
 }
 
+/// The outline of an obstacle as its coordinates say, in millimetres.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Shape {
+    /// The corners of a box or wall, counter-clockwise.
+    Box([(f64, f64); 4]),
+    /// A disc.
+    Disc {
+        /// Its centre.
+        centre: (f64, f64),
+        /// Its radius.
+        radius: f64,
+    },
+}
+
 /// Why an obstacle was refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ObstacleError {
@@ -111,6 +125,32 @@ impl Obstacle {
                 y: run.y / length,
             },
         }))
+    }
+
+    /// Returns the obstacle's outline.
+    #[must_use]
+    pub fn shape(&self) -> Shape {
+        match self.0 {
+            Outline::Box { centre, half, axis } => {
+                let corner = |right: f64, up: f64| {
+                    let (x, y) = (half.x * right, half.y * up);
+                    (
+                        centre.x + axis.x * x - axis.y * y,
+                        centre.y + axis.y * x + axis.x * y,
+                    )
+                };
+                Shape::Box([
+                    corner(-1.0, -1.0),
+                    corner(1.0, -1.0),
+                    corner(1.0, 1.0),
+                    corner(-1.0, 1.0),
+                ])
+            }
+            Outline::Disc { centre, radius } => Shape::Disc {
+                centre: (centre.x, centre.y),
+                radius,
+            },
+        }
     }
 
     /// Returns how far `at`'s square millimetre is from the obstacle; 0 where that covers it.
