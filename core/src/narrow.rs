@@ -54,7 +54,7 @@ pub(crate) const fn saturating_i16(value: i32) -> i16 {
 }
 
 /// The nearest value of 16 bits.
-pub(crate) const fn saturating_u16(value: u64) -> u16 {
+pub(crate) const fn saturating_u16_of_u64(value: u64) -> u16 {
     if value > u16::MAX as u64 {
         u16::MAX
     } else {

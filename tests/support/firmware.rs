@@ -47,3 +47,13 @@ fn target_is_installed() -> bool {
         .and_then(|output| String::from_utf8(output.stdout).ok());
     folder.is_some_and(|folder| Path::new(folder.trim()).is_dir())
 }
+
+/// Whether QEMU can be run here; notes it if not.
+#[must_use]
+pub fn qemu_is_there() -> bool {
+    let there = Command::new("qemu-system-arm").arg("--version").output();
+    if there.is_err() {
+        skipped("there is no qemu-system-arm");
+    }
+    there.is_ok()
+}

@@ -1,40 +1,18 @@
 //! The check of a sonar ring gives the same bits on the host and on a Cortex-M3, in 8 KB of RAM.
 
 use certainty_firmware::ring_rehearsal::{self, Outcome};
-use certainty_tests::program::{executable, run};
-use certainty_tests::{skipped, workspace};
+use certainty_tests::firmware;
+use certainty_tests::program::run;
 use core::time::Duration;
-use std::path::Path;
 use std::process::{Command, Stdio};
-
-const TARGET: &str = "thumbv7m-none-eabi";
-
-/// Whether a program for the microcontroller can be built and run here.
-fn equipped() -> bool {
-    let libraries = Command::new("rustc")
-        .args(["--print", "target-libdir", "--target", TARGET])
-        .current_dir(workspace())
-        .output();
-    let folder = libraries.map(|output| String::from_utf8_lossy(&output.stdout).into_owned());
-    if !folder.is_ok_and(|folder| Path::new(folder.trim()).is_dir()) {
-        skipped(&format!("rustup target add {TARGET}"));
-        return false;
-    }
-    let qemu = Command::new("qemu-system-arm").arg("--version").output();
-    if qemu.is_err() {
-        skipped("there is no qemu-system-arm");
-    }
-    qemu.is_ok()
-}
 
 /// The image has 8 KB of RAM, and a stack that does not fit ends in a fault: that it answers at all is
 /// the claim that one check fits.
 #[test]
 fn the_host_and_a_cortex_m3_under_qemu_check_a_ring_alike_and_in_8_kb() {
-    if !equipped() {
+    let Some(image) = firmware::image("ring_bench").filter(|_| firmware::qemu_is_there()) else {
         return;
-    }
-    let image = executable(["firmware"], "ring_bench").expect("the firmware can be built");
+    };
     let mut qemu = Command::new("qemu-system-arm");
     qemu.args(["-M", "stm32vldiscovery", "-nographic", "-monitor", "none"])
         .args(["-serial", "null", "-icount", "shift=5"])

@@ -1,8 +1,8 @@
 //! The same readings give the same bits on the host and on a Cortex-M3.
 
 use certainty_firmware::rehearsal;
+use certainty_tests::firmware;
 use certainty_tests::program::run;
-use certainty_tests::{firmware, skipped};
 use core::time::Duration;
 use object::{Object, ObjectSymbol};
 use std::fs;
@@ -17,12 +17,7 @@ fn panicking<'a>(symbols: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
 
 #[test]
 fn the_host_and_a_cortex_m3_under_qemu_get_the_same_digest() {
-    if Command::new("qemu-system-arm")
-        .arg("--version")
-        .output()
-        .is_err()
-    {
-        skipped("there is no qemu-system-arm");
+    if !firmware::qemu_is_there() {
         return;
     }
     let Some(image) = firmware::image("smoke") else {

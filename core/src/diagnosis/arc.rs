@@ -9,7 +9,7 @@
 
 use super::place::{FinePoint, sixteenths};
 use super::ring::{Path, Ring};
-use crate::narrow::{saturating_i32, saturating_u16};
+use crate::narrow::{saturating_i32, saturating_u16_of_u64};
 use crate::units::{BinaryAngle, Direction, Millimeters};
 
 /// The arc of one echo. Lengths in sixteenths of a millimetre.
@@ -244,7 +244,7 @@ const fn signed(angle: BinaryAngle) -> i32 {
 
 /// Steps as an angle; turns do not matter.
 fn low_bits(steps: i32) -> u16 {
-    saturating_u16(u64::from(steps.cast_unsigned() & 0xFFFF))
+    saturating_u16_of_u64(u64::from(steps.cast_unsigned() & 0xFFFF))
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use super::confidence::RingRules;
 use super::echoes::{Echoes, Heard};
 use super::place::{FINE_BITS, FinePoint};
 use super::ring::{ORDERS, Path, Ring};
-use crate::narrow::saturating_u16;
+use crate::narrow::saturating_u16_of_u64;
 use crate::units::Millimeters;
 
 /// What is known of one path.
@@ -57,7 +57,7 @@ impl<const SENSORS: usize> Distances<SENSORS> {
             if let Some((there, back)) = there.zip(back) {
                 let entry = if there.abs_diff(back) < limit {
                     let sum = u64::from(there).wrapping_add(back.into());
-                    saturating_u16(sum.wrapping_add(1) >> 1)
+                    saturating_u16_of_u64(sum.wrapping_add(1) >> 1)
                 } else {
                     INCONSISTENT
                 };
@@ -129,7 +129,9 @@ pub(super) fn of_length<const SENSORS: usize>(
     let apart = half_apart.wrapping_mul(2);
     let square = length.saturating_mul(length);
     let twice = square.checked_sub(apart.wrapping_mul(apart))?.isqrt();
-    Some(saturating_u16(twice.wrapping_add(1 << FINE_BITS) >> TWICE))
+    Some(saturating_u16_of_u64(
+        twice.wrapping_add(1 << FINE_BITS) >> TWICE,
+    ))
 }
 
 /// The length, in sixteenths of a millimetre, of the path to a place `distance` away: the inverse of

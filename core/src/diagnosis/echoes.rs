@@ -1,7 +1,7 @@
 //! What the sonars of a ring heard of each other's pulses (\[003\] §5).
 
 use super::ring::{NEIGHBOURS, Ring};
-use crate::narrow::saturating_u16;
+use crate::narrow::saturating_u16_of_u64;
 use crate::sensor::SensorId;
 use crate::transducer::Reading;
 use core::fmt;
@@ -88,7 +88,7 @@ impl<const SENSORS: usize> Echoes<SENSORS> {
         let row = self.heard.get_mut(transmitter.slot()).ok_or(wrong)?;
         let place = row.get_mut(column).ok_or(wrong)?;
         *place = match reading {
-            Reading::Echo(length) => saturating_u16(length.get().into()).min(LONGEST),
+            Reading::Echo(length) => saturating_u16_of_u64(length.get().into()).min(LONGEST),
             Reading::NoObject => NOTHING,
             Reading::TooNear | Reading::Missing(_) => UNKNOWN,
         };

@@ -1,7 +1,7 @@
 //! Sonars around the robot, and which of them hear each other (\[003\] §2, §4).
 
 use super::place::{FinePoint, sixteenths};
-use crate::narrow::{saturating_u16, wrapping_u16, wrapping_u32};
+use crate::narrow::{saturating_u16_of_u64, wrapping_u16, wrapping_u32};
 use crate::sensor::SensorId;
 use crate::units::{BinaryAngle, Direction, Millimeters};
 use core::fmt;
@@ -229,7 +229,7 @@ impl<const SENSORS: usize> Ring<SENSORS> {
         let turns = (Self::SLOTS as u64).wrapping_mul(TURN as u64);
         let turns = turns.wrapping_mul(2);
         match ((shared.unsigned_abs() as u64) << 16).checked_div(turns) {
-            Some(steps) => saturating_u16(steps.wrapping_add(1)),
+            Some(steps) => saturating_u16_of_u64(steps.wrapping_add(1)),
             None => 0,
         }
     }

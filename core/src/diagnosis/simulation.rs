@@ -4,7 +4,7 @@ use super::distances::{Distances, length_of, of_length};
 use super::place::FinePoint;
 use super::polygon::{Element, ElementKind, Joint, Polygon};
 use super::ring::{Ring, Sonar};
-use crate::narrow::saturating_u16;
+use crate::narrow::saturating_u16_of_u64;
 
 impl<const SENSORS: usize> Distances<SENSORS> {
     /// Returns the distance that each path should give in the surroundings `polygon` (\[003\] §4).
@@ -23,7 +23,7 @@ impl<const SENSORS: usize> Distances<SENSORS> {
     ) -> Self {
         let mut distances = Self::UNKNOWN;
         let range = ring.config().range;
-        let none = saturating_u16(range.get().into());
+        let none = saturating_u16_of_u64(range.get().into());
         for path in ring.paths() {
             let sonars = ring.sonars(path);
             let longest = length_of(ring, path.order(), range);

@@ -25,7 +25,7 @@ pub(super) type Pieces<const ELEMENTS: usize> = heapless::Vec<Piece, ELEMENTS>;
 impl<'a> Points<'a> {
     /// How many there are; a scan has at most 2^14.
     pub(super) fn len(self) -> u16 {
-        crate::narrow::saturating_u16(self.0.len() as u64)
+        crate::narrow::saturating_u16_of_u64(self.0.len() as u64)
     }
 
     /// The points of a piece, wherever it starts.
