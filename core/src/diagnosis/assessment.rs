@@ -3,7 +3,7 @@
 use super::confidence::{RingRules, intersection_based, simulation_based};
 use super::distances::Distances;
 use super::ring::Ring;
-use crate::health::{Confidence, Health, HealthRules};
+use crate::health::{Confidence, Health, HealthRules, Word};
 use crate::sensor::SensorId;
 use crate::units::Ticks;
 use core::fmt;
@@ -189,12 +189,13 @@ impl<const SENSORS: usize> Monitor<SENSORS> {
         health_rules: &HealthRules,
         now: Ticks,
     ) {
-        let config = self.rules.config();
+        let learning = self.rules.learning();
         for (verdict, health) in assessment.verdicts.iter().zip(health) {
+            // A verdict is about all that the sonar says; the vectors hold who contradicts it.
             if verdict.is_faulty() {
-                health.contradict(config.lower, Confidence::NONE);
+                health.contradict(Word::Occupied, Confidence::FULL, &learning);
             } else {
-                health.confirm(config.raise, Confidence::FULL);
+                health.confirm(Word::Occupied, &learning);
             }
             health.settle(health_rules, now);
         }

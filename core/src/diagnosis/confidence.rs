@@ -3,6 +3,7 @@
 use super::arc::Arc;
 use super::distances::Distances;
 use super::ring::{NEIGHBOURS, ORDERS, Path, Ring};
+use crate::health::{Blame, Confidence, Learning, Stride};
 use crate::sensor::SensorId;
 use crate::units::Millimeters;
 use core::fmt;
@@ -42,8 +43,8 @@ impl RingRulesConfig {
         consistent: Millimeters::new(100),
         uncertainty: Millimeters::new(100),
         touch: Millimeters::new(1),
-        raise: U0F16::lit("0.125"),
-        lower: U0F16::lit("0.625"),
+        raise: U0F16::lit("0.084"),
+        lower: U0F16::lit("0.8"),
     };
 }
 
@@ -83,6 +84,19 @@ impl fmt::Display for RingRulesError {
 impl core::error::Error for RingRulesError {}
 
 impl RingRules {
+    /// How a verdict moves a sonar's confidence: by fixed steps, whatever the sonar said.
+    pub(super) const fn learning(&self) -> Learning {
+        Learning {
+            raise: self.0.raise,
+            raise_free: self.0.raise,
+            lower: self.0.lower,
+            stride: Stride::Fixed,
+            blame: Blame::Alike,
+            floor: Confidence::NONE,
+            ceiling: Confidence::FULL,
+        }
+    }
+
     /// The rules of [`RingRulesConfig::DEFAULT`].
     pub const DEFAULT: Self = Self(RingRulesConfig::DEFAULT);
 
