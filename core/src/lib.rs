@@ -6,7 +6,7 @@
 //! |---|---|---|
 //! | transducer | [`transducer`] | a sensor's answer into a [`Reading`](transducer::Reading) that says why it is what it is |
 //! | fusion | [`fusion`], [`health`] | readings into a [`CertaintyGrid`](fusion::CertaintyGrid) and each sensor's [`Health`](health::Health) |
-//! | control | (to come) | an [`Environment`](fusion::Environment) into motion |
+//! | control | [`control`] | readings, failures and a goal into motion; an [`Environment`](fusion::Environment) too |
 //!
 //! | paper | is in |
 //! |---|---|
@@ -16,6 +16,7 @@
 //! | \[001\] §5 Fig. 3, `AddToGrid` | [`fusion::RobustGrid`] |
 //! | \[001\] §7, memory | [`fusion::owner_bytes`] |
 //! | \[002\] Fig. 1, data flow | [`fusion::Mapper`] |
+//! | \[004\] §3, eq. 1 to 16 | [`control::Controller`] |
 //!
 //! No heap, no clock, no I/O, no `unsafe`, no panic. The grid's path is integers only: the same
 //! readings give the same bits on a Cortex-M3 and on a workstation.
@@ -39,6 +40,7 @@
 )]
 
 pub mod certainty;
+pub mod control;
 pub mod fusion;
 pub mod health;
 mod narrow;
