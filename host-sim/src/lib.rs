@@ -8,6 +8,7 @@
 //! | [`calibration`] | sensors' characteristics, from measured bytes, and what is left of their errors |
 //! | [`replay`] | recordings of real robots |
 //! | [`fusion`] | the core's grids at sizes chosen at run time |
+//! | [`robot`] | a robot that drives by the core's control level, its sensors failing |
 //! | [`experiment`] | the Smart Car in a world, scored against perfect sensors |
 //! | [`export`] | pictures and maps for other programs |
 //! | [`plot`] | charts as PNG and SVG |
@@ -24,6 +25,7 @@ pub mod fusion;
 pub mod plot;
 pub mod quantity;
 pub mod replay;
+pub mod robot;
 pub mod toml_file;
 pub mod transducer;
 pub mod world;

@@ -88,21 +88,21 @@ impl ControlConfig {
     pub const DEFAULT: Self = Self {
         braitenberg: Braitenberg::new([
             Signal::lit("-0.5"),
-            Signal::lit("-0.375"),
-            Signal::lit("-0.125"),
+            Signal::lit("-0.4"),
+            Signal::lit("-0.3"),
         ]),
-        rangefinder_default: Millimeters::new(2000),
+        rangefinder_default: Millimeters::new(1500),
         outlook: Outlook::Level,
         histogram: HistogramConfig {
             default: Millimeters::new(3000),
-            safe: Millimeters::new(500),
+            safe: Millimeters::new(550),
         },
         threshold: Threshold::new(140),
         commitment: 10,
         weights: Weights {
             braitenberg: ramp([(300, 16), (800, 12), (1500, 6), (2500, 0)]),
-            histogram: ramp([(300, 24), (1000, 24), (2500, 16), (3500, 8)]),
-            azimuth: ramp([(300, 4), (800, 6), (1500, 12), (2500, 24)]),
+            histogram: ramp([(300, 16), (1000, 20), (2500, 16), (3500, 8)]),
+            azimuth: ramp([(300, 4), (800, 6), (1500, 10), (2500, 20)]),
             speed: ramp([(300, 3), (600, 6), (1200, 12), (2000, 16)]),
         },
         coverage: CoverageConfig {

@@ -20,6 +20,8 @@ pub enum Purpose {
     Choice,
     /// The seeds of an evaluation's runs.
     Repetition,
+    /// How a robot's wheels slip.
+    Slip,
 }
 
 /// Returns the stream of `sensor`'s `part` for `purpose`, in the run that `seed` names.
@@ -33,6 +35,7 @@ pub fn stream(seed: u64, purpose: Purpose, sensor: u8, part: u32) -> ChaCha8Rng 
         Purpose::Layout => 2,
         Purpose::Choice => 4,
         Purpose::Repetition => 3,
+        Purpose::Slip => 5,
     };
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(purpose << 40 | u64::from(part) << 8 | u64::from(sensor));
@@ -53,6 +56,7 @@ mod tests {
             Purpose::Layout,
             Purpose::Choice,
             Purpose::Repetition,
+            Purpose::Slip,
         ];
         for purpose in purposes {
             for sensor in [0, 1, 255] {
