@@ -5,8 +5,8 @@ use super::histogram::PerBeam;
 use super::motion::scaled;
 use super::nearness::{distance, nearness, share};
 use super::{
-    ControlRules, Coverage, Credibility, Failures, Motion, PolarHistogram, Side, Signal, Valley,
-    Wheels, azimuth_turn, linear_speed,
+    Blame, ControlRules, Coverage, Credibility, Failures, Motion, PolarHistogram, Side, Signal,
+    Valley, Wheels, azimuth_turn, linear_speed,
 };
 use crate::transducer::{Missing, Reading};
 use crate::units::{BinaryAngle, Millimeters, Point, Pose, Ticks};
@@ -143,7 +143,10 @@ impl Controller {
     /// ```
     pub fn step(&mut self, situation: &Situation<'_>) -> Command {
         let fresh = Fresh::of(situation, self.rules.config().stale_after);
-        let credibility = Credibility::of(&situation.failures);
+        let mut credibility = Credibility::of(&situation.failures);
+        if self.rules.config().blame == Blame::Own {
+            credibility.braitenberg = Signal::ONE;
+        }
         let nearest = fresh.nearest();
         let (wanted, valley, caution, coverage) =
             self.wanted(situation, &fresh, &credibility, nearest);

@@ -42,8 +42,11 @@ pub struct CrossCheckConfig {
     pub contradiction: u8,
     /// What an agreement takes.
     pub agreement: u8,
-    /// The most that either adds up to.
+    /// The most that contradictions add up to.
     pub most: u8,
+    /// The most that agreements add up to. It is forgotten step by step while they see nothing alike, so
+    /// that only those who agree now speak against those who contradict.
+    pub credit: u8,
     /// How much suspicion makes a failure likelier than chance: what a failure costs.
     pub unlikely: u8,
 }
@@ -98,12 +101,12 @@ impl CrossCheck {
             let step = match config.verdict(mounting, reading, scan, &points) {
                 Verdict::Agreement => i16::from(config.agreement).saturating_neg(),
                 Verdict::Contradiction => config.contradiction.into(),
-                Verdict::Silence => 0,
+                // What they agreed on before does not speak for them for ever.
+                Verdict::Silence => i16::from(*suspicion < 0),
             };
-            let most = i16::from(config.most);
-            *suspicion = suspicion
-                .saturating_add(step)
-                .clamp(most.saturating_neg(), most);
+            let (least, most) = (i16::from(config.credit), i16::from(config.most));
+            let sum = suspicion.saturating_add(step);
+            *suspicion = sum.clamp(least.saturating_neg(), most);
         }
     }
 
@@ -170,14 +173,14 @@ impl CrossCheckConfig {
             Reading::Missing(_) => return Verdict::Silence,
         };
         // What the scanner's surfaces would give the rangefinder.
-        if let Some(expected) = surface_ahead(mounting, points) {
-            let slack = self.slack(expected);
-            if expected.saturating_add(slack) < told
-                && expected < self.rangefinders_see.saturating_sub(slack)
-            {
+        if let Some((near, far)) = points_ahead(mounting, points) {
+            let slack = self.slack(far);
+            let beyond = far.saturating_add(slack);
+            if beyond < told && beyond < self.rangefinders_see {
                 return Verdict::Contradiction;
             }
-            if expected.get().abs_diff(told.get()) <= slack.get() {
+            let one_surface = far.saturating_sub(near).get() <= GAP_MM;
+            if one_surface && near.saturating_sub(slack) <= told && told <= beyond {
                 return Verdict::Agreement;
             }
         }
@@ -204,21 +207,22 @@ impl CrossCheckConfig {
         };
         let beyond = away.saturating_add(slack);
         let first = usize::from(beam).saturating_sub(2);
-        let mut past = true;
+        let (mut alike, mut past) = (0_u8, 0_u8);
         for reading in scan.iter().skip(first).take(5) {
             match reading {
                 Reading::Echo(distance) if distance.get().abs_diff(away.get()) <= slack.get() => {
-                    return Verdict::Agreement;
+                    alike = alike.saturating_add(1);
                 }
-                Reading::Echo(distance) => past &= *distance > beyond,
-                Reading::NoObject => {}
-                Reading::TooNear | Reading::Missing(_) => past = false,
+                Reading::Echo(distance) if *distance > beyond => past = past.saturating_add(1),
+                Reading::NoObject => past = past.saturating_add(1),
+                Reading::Echo(_) | Reading::TooNear | Reading::Missing(_) => {}
             }
         }
-        if past {
-            Verdict::Contradiction
-        } else {
-            Verdict::Silence
+        // At an edge some beams pass; a scanner that guesses hits now and then.
+        match (alike, past) {
+            (2.., _) => Verdict::Agreement,
+            (0, 5..) | (1, 3..) => Verdict::Contradiction,
+            _ => Verdict::Silence,
         }
     }
 
@@ -228,11 +232,17 @@ impl CrossCheckConfig {
     }
 }
 
-/// How far ahead of a rangefinder a surface is that neighbouring beams of the scanner see.
+/// Neighbouring points farther apart are of two objects.
+const GAP_MM: u32 = 250;
+
+/// How far ahead of a rangefinder two points are, the nearer and the farther, that neighbouring beams of
+/// the scanner see on either side of the rangefinder's beam.
 ///
-/// The surface must reach across the rangefinder's beam: one point near it may be a corner that the beam
-/// passes.
-fn surface_ahead(mounting: Pose, points: &PerBeam<Option<Point>>) -> Option<Millimeters> {
+/// One point near the beam may be a corner that it passes; between two there is little room to pass.
+fn points_ahead(
+    mounting: Pose,
+    points: &PerBeam<Option<Point>>,
+) -> Option<(Millimeters, Millimeters)> {
     let direction = mounting.heading.direction();
     let (cos, sin) = (i64::from(direction.cos()), i64::from(direction.sin()));
     // In the rangefinder's frame, in millimetres: 29 bits times 30.
@@ -246,23 +256,23 @@ fn surface_ahead(mounting: Pose, points: &PerBeam<Option<Point>>) -> Option<Mill
             across >> Direction::FRACTION_BITS,
         )
     };
-    /// Neighbouring points farther apart are of two objects.
-    const GAP_MM: u64 = 250;
-    let mut nearest: Option<u32> = None;
+    let mut nearest: Option<(u32, u32)> = None;
     let mut before: Option<(i64, i64)> = None;
     for point in points {
         let here = point.map(place);
-        if let (Some((a_along, a_across)), Some((along, across))) = (before, here) {
-            let crosses = (a_across < 0) != (across < 0);
-            let whole = a_along.abs_diff(along) <= GAP_MM && a_across.abs_diff(across) <= GAP_MM;
-            let middle = a_along.saturating_add(along) / 2;
-            if let (true, true, Ok(middle)) = (crosses, whole, u32::try_from(middle)) {
-                nearest = Some(nearest.map_or(middle, |known| known.min(middle)));
+        if let (Some((one, left)), Some((other, right))) = (before, here) {
+            let crosses = (left < 0) != (right < 0);
+            let close = left.abs_diff(right) <= u64::from(GAP_MM);
+            let ends = (u32::try_from(one.min(other)), u32::try_from(one.max(other)));
+            if let (true, true, (Ok(near), Ok(far))) = (crosses, close, ends)
+                && nearest.is_none_or(|(_, known)| far < known)
+            {
+                nearest = Some((near, far));
             }
         }
         before = here;
     }
-    nearest.map(Millimeters::new)
+    nearest.map(|(near, far)| (Millimeters::new(near), Millimeters::new(far)))
 }
 
 #[cfg(test)]

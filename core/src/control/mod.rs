@@ -46,7 +46,7 @@ pub use map_scan::scan_of_map;
 pub use motion::{Motion, Side, Signal, Wheels};
 pub use nearness::{Outlook, nearness};
 pub use ramp::{Corner, Ramp, RampError};
-pub use rules::{ControlConfig, ControlConfigError, ControlRules, Weights};
+pub use rules::{Blame, ControlConfig, ControlConfigError, ControlRules, Weights};
 pub use speed::linear_speed;
 pub use valley::{Threshold, Valley};
 pub use wgs84::Wgs84;

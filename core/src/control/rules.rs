@@ -20,6 +20,19 @@ pub struct Weights {
     pub speed: Ramp,
 }
 
+/// What a failed rangefinder does to the others.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Blame {
+    /// It lowers the credibility of them all: μ₀ of \[004\] eq. 14, 0.39 for one of six.
+    Shared,
+    /// Nothing: each counts as far as it is believed itself, and μ₀ stays 1.
+    ///
+    /// [`Failures`](super::Failures) say who has failed, so the others need not be doubted; \[004\] does not
+    /// say whether a failed rangefinder's reading still counts.
+    Own,
+}
+
 /// The parameters of a [`Controller`](super::Controller), before they are checked.
 ///
 /// \[004\] gives β₁, β₂, c₁, c₂, both accelerations and the radius of the goal; the rest it draws without
@@ -41,6 +54,8 @@ pub struct ControlConfig {
     pub commitment: u8,
     /// α, Fig. 5.
     pub weights: Weights,
+    /// What a failed rangefinder does to the others.
+    pub blame: Blame,
     /// What must be seen to go how fast.
     pub coverage: CoverageConfig,
     /// Full speed and both `a_th`, eq. 16.
@@ -105,6 +120,7 @@ impl ControlConfig {
             azimuth: ramp([(300, 4), (800, 6), (1500, 10), (2500, 20)]),
             speed: ramp([(300, 3), (600, 6), (1200, 12), (2000, 16)]),
         },
+        blame: Blame::Shared,
         coverage: CoverageConfig {
             rangefinders: [
                 Signal::lit("0.15"),

@@ -6,6 +6,7 @@
 mod calibrate;
 mod campaign;
 mod compare;
+mod drive;
 mod failure;
 mod health;
 mod jobs;
@@ -51,6 +52,8 @@ enum Command {
     Recovery(recovery::Arguments),
     /// The evaluation of [001] Table 2: every method's distance from perfect sensors, beside the paper's
     Table2(table2::Arguments),
+    /// A robot drives to its goal while its sensors fail, told of it or finding out: [004]
+    Drive(drive::Arguments),
     /// Measured bytes of infrared sensors: their characteristics, and the errors that are left
     Calibrate(calibrate::Arguments),
 }
@@ -74,6 +77,7 @@ pub fn main() -> ExitCode {
             Command::Campaign(arguments) => campaign::run(&arguments),
             Command::Recovery(arguments) => recovery::run(&arguments),
             Command::Table2(arguments) => table2::run(&arguments),
+            Command::Drive(arguments) => drive::run(&arguments),
             Command::Calibrate(arguments) => calibrate::run(&arguments),
         },
         Err(error) => failure::usage(&error),

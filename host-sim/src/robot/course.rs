@@ -90,10 +90,7 @@ impl Course {
         let bounded = |mm: i32| mm.clamp(-100_000_000, 100_000_000);
         let corner = Point::from_mm(bounded(low.x_mm()) - MARGIN, bounded(low.y_mm()) - MARGIN);
         let side = |low: i32, high: i32| bounded(high) - bounded(low) + 2 * MARGIN;
-        let (width, height) = (
-            side(low.x_mm(), high.x_mm()),
-            side(low.y_mm(), high.y_mm()),
-        );
+        let (width, height) = (side(low.x_mm(), high.x_mm()), side(low.y_mm(), high.y_mm()));
         let cell = 100.max(width.max(height).div_euclid(MOST) + 1);
         let cells = |side: i32| (side.div_euclid(cell) + 1) as u16;
         let geometry = Geometry::try_new(

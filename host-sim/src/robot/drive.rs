@@ -2,7 +2,7 @@
 
 use super::body::Body;
 use super::course::Course;
-use super::pilot::{HealthMode, MapSource, Pilot, control_rules};
+use super::pilot::{HealthMode, Manner, MapSource, Pilot};
 use super::quality::{Quality, Sample};
 use super::sensors::{NAMES, SensorSet};
 use crate::fault::{FaultSpec, SpecError};
@@ -30,8 +30,8 @@ pub struct Drive {
     pub health: HealthMode,
     /// What the histogram is made from.
     pub map: MapSource,
-    /// Whether full speed is allowed however little is seen, as in \[004\]'s simulations.
-    pub bold: bool,
+    /// What of the core's rules is otherwise.
+    pub manner: Manner,
     /// Names the noise, the slip and the faults' whims.
     pub seed: u64,
 }
@@ -54,7 +54,7 @@ pub struct Step {
 }
 
 /// What happened, and when.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Event {
     /// Seconds since the start.
     pub time_s: f64,
@@ -128,13 +128,13 @@ pub struct Outcome {
 impl Drive {
     /// The run in `course` without any fault, as \[004\]'s simulation 1.
     #[must_use]
-    pub const fn new(course: Course, health: HealthMode, seed: u64) -> Self {
+    pub fn new(course: Course, health: HealthMode, seed: u64) -> Self {
         Self {
             course,
             faults: Vec::new(),
             health,
             map: MapSource::Beams,
-            bold: false,
+            manner: Manner::default(),
             seed,
         }
     }
@@ -147,7 +147,7 @@ impl Drive {
     pub fn run(&self) -> Result<Outcome, SpecError> {
         let Course { world, start, goal } = &self.course;
         let mut sensors = SensorSet::new(world, &self.faults, self.seed)?;
-        let rules = control_rules(self.bold);
+        let rules = self.manner.rules();
         let mut pilot = Pilot::new(&self.course, rules, self.health, self.map);
         let mut body = Body::new(*start, self.seed);
         let limits = rules.config().limits;
@@ -175,7 +175,14 @@ impl Drive {
             }
         }
         let end = steps.len() as u32 * STEP_MS;
-        log.push(end, if reached { Happening::Reached } else { Happening::TimeOver });
+        log.push(
+            end,
+            if reached {
+                Happening::Reached
+            } else {
+                Happening::TimeOver
+            },
+        );
         let samples: Vec<Sample> = steps
             .iter()
             .map(|step| Sample {

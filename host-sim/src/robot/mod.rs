@@ -19,10 +19,10 @@ pub mod drive;
 pub mod pilot;
 pub mod quality;
 pub mod sensors;
-// pub mod study;
+pub mod study;
 
 pub use body::Body;
 pub use course::Course;
 pub use drive::{Drive, Outcome};
-pub use pilot::{HealthMode, MapSource};
+pub use pilot::{HealthMode, Manner, MapSource};
 pub use quality::Quality;

@@ -7,8 +7,8 @@ use super::sensors::{
 use crate::fusion::{HostMapper, Method, UnknownMethod};
 use certainty_core::certainty::Certainty;
 use certainty_core::control::{
-    Command, ControlConfig, ControlRules, Controller, CoverageConfig, CrossCheck, Dated, Failures,
-    PerBeam, SENSORS, Side, Signal, Situation, beam_bearing,
+    Blame, Command, ControlConfig, ControlRules, Controller, CoverageConfig, CrossCheck, Dated,
+    Failures, PerBeam, SENSORS, Side, Signal, Situation, beam_bearing,
 };
 use certainty_core::fusion::{Beam, BeamModel};
 use certainty_core::health::{Health, HealthConfig};
@@ -133,28 +133,45 @@ pub struct Decision {
     pub failures: Failures,
 }
 
-/// Returns the core's rules; `bold` ones allow full speed as long as any sensor is believed, as
-/// \[004\]'s simulations do.
-///
-/// # Panics
-///
-/// Never: a test tries both.
-#[must_use]
-pub fn control_rules(bold: bool) -> ControlRules {
-    let default = ControlConfig::DEFAULT;
-    if !bold {
-        return ControlRules::DEFAULT;
+/// What of the core's rules a run may have otherwise.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Manner {
+    /// Whether full speed is allowed as long as any sensor is believed, as in \[004\]'s simulations.
+    pub bold: bool,
+    /// What a failed rangefinder does to the others.
+    pub blame: Blame,
+}
+
+impl Default for Manner {
+    fn default() -> Self {
+        Self {
+            bold: false,
+            blame: ControlConfig::DEFAULT.blame,
+        }
     }
-    let any = CoverageConfig {
-        rangefinders: [Signal::ONE; SENSORS - 1],
-        scanner: Signal::ONE,
-        ..default.coverage
-    };
-    let bold = ControlConfig {
-        coverage: any,
-        ..default
-    };
-    ControlRules::try_new(bold).expect("every part is within 0 and 1")
+}
+
+impl Manner {
+    /// Returns the rules.
+    ///
+    /// # Panics
+    ///
+    /// Never: a test tries all.
+    #[must_use]
+    pub fn rules(self) -> ControlRules {
+        let default = ControlConfig::DEFAULT;
+        let any = CoverageConfig {
+            rangefinders: [Signal::ONE; SENSORS - 1],
+            scanner: Signal::ONE,
+            ..default.coverage
+        };
+        let config = ControlConfig {
+            coverage: if self.bold { any } else { default.coverage },
+            blame: self.blame,
+            ..default
+        };
+        ControlRules::try_new(config).expect("every part is within 0 and 1")
+    }
 }
 
 impl Pilot {
@@ -195,13 +212,15 @@ impl Pilot {
         given: Failures,
     ) -> Decision {
         let model = self.model;
+        let checked = self.diagnosis.as_mut().map(|own| own.check(glance));
+        let checked = checked.unwrap_or(Failures::NONE);
         let own = self.diagnosis.iter_mut().map(|own| &mut own.mapper);
         for mapper in own.chain(&mut self.map) {
-            draw(mapper, glance, pose, &model, now);
+            draw(mapper, glance, pose, &model, now, &checked);
         }
         let failures = match (self.mode, &mut self.diagnosis) {
             (HealthMode::Given, _) => given,
-            (HealthMode::Diagnosed, Some(diagnosis)) => diagnosis.failures(glance),
+            (HealthMode::Diagnosed, Some(diagnosis)) => diagnosis.failures().worst(checked),
             _ => Failures::NONE,
         };
         let shown = self.diagnosis.iter().filter(|own| own.shown);
@@ -232,17 +251,40 @@ impl Pilot {
 }
 
 impl Diagnosis {
-    /// What the grid's comparisons and the cross-check say, the worse of both.
-    fn failures(&mut self, glance: &Glance) -> Failures {
+    /// What the cross-check says after this glance.
+    fn check(&mut self, glance: &Glance) -> Failures {
         self.check.observe(&glance.rangefinders, &glance.scan);
-        let health: Vec<Health> = self.mapper.health().into_iter().map(|(_, own)| own).collect();
-        Failures::of_health(&health, &HealthConfig::DEFAULT).worst(self.check.failures())
+        self.check.failures()
+    }
+
+    /// What the grid's comparisons say.
+    fn failures(&self) -> Failures {
+        let health = self.mapper.health();
+        let health: Vec<Health> = health.into_iter().map(|(_, own)| own).collect();
+        Failures::of_health(&health, &HealthConfig::DEFAULT)
     }
 }
 
 /// Draws what the sensors say into a map, the rangefinders first.
-fn draw(mapper: &mut HostMapper, glance: &Glance, robot: Pose, model: &BeamModel, now: Ticks) {
-    let numbered = rangefinders().into_iter().zip(glance.rangefinders).enumerate();
+///
+/// A sensor that the cross-check does not believe is not drawn, as a validation before the fusion
+/// (\[002\] Fig. 1): a scanner speaks a hundred times as often as a rangefinder, and a map of its lies would
+/// blame the others. That it was heard is recorded all the same.
+fn draw(
+    mapper: &mut HostMapper,
+    glance: &Glance,
+    robot: Pose,
+    model: &BeamModel,
+    now: Ticks,
+    checked: &Failures,
+) {
+    let half = Signal::lit("0.5");
+    let parts = checked.rangefinders.into_iter().chain([checked.scanner]);
+    let lies: Vec<bool> = parts.map(|failure| failure.part() >= half).collect();
+    let numbered = rangefinders()
+        .into_iter()
+        .zip(glance.rangefinders)
+        .enumerate();
     let own = numbered.filter_map(|(slot, (mounting, reading))| {
         Some((SensorId::from_slot(slot)?, mounting, reading))
     });
@@ -255,7 +297,12 @@ fn draw(mapper: &mut HostMapper, glance: &Glance, robot: Pose, model: &BeamModel
         let beam = Beam {
             origin: pose.at,
             bearing: pose.heading,
-            reading,
+            reading: match reading {
+                Reading::Missing(_) => reading,
+                // Heard, and nothing said about any cell.
+                _ if lies[sensor.slot()] => Reading::TooNear,
+                _ => reading,
+            },
         };
         mapper
             .integrate(sensor, &beam, model, now)
@@ -282,8 +329,11 @@ mod tests {
 
     #[test]
     fn bold_rules_need_one_sensor_for_full_speed() {
-        let bold = control_rules(true);
-        assert_eq!(bold.config().coverage.rangefinders, [Signal::ONE; 6]);
-        assert_eq!(control_rules(false), ControlRules::DEFAULT);
+        for blame in [Blame::Shared, Blame::Own] {
+            let rules = Manner { bold: true, blame }.rules();
+            assert_eq!(rules.config().coverage.rangefinders, [Signal::ONE; 6]);
+            assert_eq!(rules.config().blame, blame);
+        }
+        assert_eq!(Manner::default().rules(), ControlRules::DEFAULT);
     }
 }

@@ -61,9 +61,15 @@ mod tests {
 
     #[test]
     fn a_goal_not_reached_has_no_route_and_no_time() {
-        let sample = Sample { distance_m: 2.0, speed_m_s: 0.0 };
+        let sample = Sample {
+            distance_m: 2.0,
+            speed_m_s: 0.0,
+        };
         let quality = Quality::of(&[sample; 4], 0.25, false);
         assert_eq!((quality.route_m, quality.time_s), (None, None));
-        assert_eq!((quality.error, quality.speed_deviation, quality.mean_speed), (4.0, 0.0, 0.0));
+        assert_eq!(
+            (quality.error, quality.speed_deviation, quality.mean_speed),
+            (4.0, 0.0, 0.0)
+        );
     }
 }

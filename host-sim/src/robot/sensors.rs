@@ -92,6 +92,7 @@ pub const fn cross_check() -> CrossCheckConfig {
         contradiction: 4,
         agreement: 2,
         most: 48,
+        credit: 16,
         unlikely: 12,
     }
 }
@@ -205,7 +206,10 @@ impl SensorSet {
             }
         };
         let mut failures = Failures::NONE;
-        let all = failures.rangefinders.iter_mut().chain([&mut failures.scanner]);
+        let all = failures
+            .rangefinders
+            .iter_mut()
+            .chain([&mut failures.scanner]);
         for (failure, sensor) in all.zip(&self.sensors) {
             *failure = failed(sensor);
         }
@@ -242,12 +246,19 @@ mod tests {
     #[test]
     fn every_sensor_looks_where_it_says() {
         let glance = set(&[]).look(Pose::default(), Ticks::new(0));
-        let near = |reading, expected: f64| (millimetres(reading) - expected).abs() < 5.0 * NOISE_MM;
+        let near =
+            |reading, expected: f64| (millimetres(reading) - expected).abs() < 5.0 * NOISE_MM;
         assert!(near(glance.scan[50], 2000.0));
         assert!(near(glance.scan[0], 2000.0 / 50_f64.to_radians().cos()));
         assert!(near(glance.scan[100], 2000.0 / 50_f64.to_radians().cos()));
-        assert!(near(glance.rangefinders[0], 2000.0 / 12_f64.to_radians().cos()));
-        assert!(near(glance.rangefinders[4], 2070.0 / 40_f64.to_radians().cos()));
+        assert!(near(
+            glance.rangefinders[0],
+            2000.0 / 12_f64.to_radians().cos()
+        ));
+        assert!(near(
+            glance.rangefinders[4],
+            2070.0 / 40_f64.to_radians().cos()
+        ));
         assert_eq!(glance.rangefinders[2..4], [Reading::NoObject; 2]);
     }
 
@@ -259,7 +270,11 @@ mod tests {
             let other = poses[poses.len() - 1 - slot];
             assert_eq!(other.at, Point::from_mm(pose.at.x_mm(), -pose.at.y_mm()));
             assert_eq!(other.heading, BinaryAngle::ZERO.wrapping_sub(pose.heading));
-            assert!(poses[..slot].iter().all(|before| before.heading != pose.heading));
+            assert!(
+                poses[..slot]
+                    .iter()
+                    .all(|before| before.heading != pose.heading)
+            );
         }
         assert_eq!(beam_model().config().farthest, FARTHEST);
     }
@@ -270,7 +285,12 @@ mod tests {
         let at = Ticks::new;
         let before = sensors.look(Pose::default(), at(0));
         assert!(matches!(before.rangefinders[0], Reading::Echo(_)));
-        assert!(before.scan.iter().all(|reading| matches!(reading, Reading::Missing(_))));
+        assert!(
+            before
+                .scan
+                .iter()
+                .all(|reading| matches!(reading, Reading::Missing(_)))
+        );
         assert_eq!(sensors.failures(at(4999)).rangefinders[0], Failure::NONE);
         assert_eq!(sensors.failures(at(5000)).rangefinders[0], Failure::TOTAL);
         assert_eq!(sensors.failures(at(0)).scanner, Failure::TOTAL);

@@ -1,4 +1,4 @@
-use super::super::{BEAMS, ControlConfig, Failure, beam_bearing};
+use super::super::{BEAMS, Blame, ControlConfig, Failure, beam_bearing};
 use super::*;
 use crate::units::BinaryAngle;
 use proptest::prelude::*;
@@ -155,6 +155,22 @@ fn one_dead_sensor_of_any_kind_does_not_stop_the_robot() {
     assert!(
         (right - 0.5).abs() < 1e-3 && right == left,
         "{right} {left}"
+    );
+}
+
+#[test]
+fn where_each_has_its_own_blame_the_others_are_believed_as_before() {
+    let config = ControlConfig {
+        blame: Blame::Own,
+        ..ControlConfig::DEFAULT
+    };
+    let mut controller = Controller::new(ControlRules::try_new(config).unwrap(), Side::Left);
+    let mut failures = Failures::NONE;
+    failures.rangefinders[0] = Failure::TOTAL;
+    let scene = Scene::failing(failures);
+    assert_eq!(
+        controller.step(&scene.at(0)).credibility.braitenberg,
+        Signal::ONE
     );
 }
 

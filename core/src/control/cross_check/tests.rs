@@ -29,6 +29,7 @@ fn config() -> CrossCheckConfig {
         contradiction: 4,
         agreement: 2,
         most: 48,
+        credit: 16,
         unlikely: 12,
     }
 }
