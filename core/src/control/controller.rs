@@ -2,7 +2,7 @@
 
 use super::braitenberg::{PerRangefinder, RANGEFINDERS};
 use super::histogram::PerBeam;
-use super::motion::scaled;
+use super::motion::{HALF, scaled};
 use super::nearness::{distance, nearness, share};
 use super::{
     Blame, ControlRules, Coverage, Credibility, Failures, Motion, PolarHistogram, Side, Signal,
@@ -39,10 +39,11 @@ pub struct Situation<'a> {
 }
 
 /// Why the robot goes no faster than it does.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Caution {
     /// It goes as fast as its behaviours want.
+    #[default]
     None,
     /// It is where it shall be, and stands.
     Arrived,
@@ -234,9 +235,7 @@ impl Controller {
         let chosen = (config.threshold).choose(&histogram, goal, self.kept, config.commitment);
         match chosen {
             Some(valley) => (valley.turn(), chosen, true),
-            None if fresh.scanner_left >= Signal::lit("0.5") => {
-                (self.kept.signed(Signal::lit("0.5")), None, false)
-            }
+            None if fresh.scanner_left >= HALF => (self.kept.signed(HALF), None, false),
             None => (Signal::ZERO, None, true),
         }
     }
@@ -289,7 +288,7 @@ impl<'a> Fresh<'a> {
 
     /// How far the nearest obstacle is that a sensor tells of which is believed at least by half.
     fn nearest(&self) -> Millimeters {
-        let half = Signal::lit("0.5");
+        let half = HALF;
         let rangefinders = self.readings.iter().zip(&self.left);
         let rangefinders = rangefinders
             .filter(|&(_, &left)| left >= half)

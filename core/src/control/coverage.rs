@@ -1,6 +1,6 @@
 //! How much of what lies ahead is seen by sensors that can be believed.
 
-use super::motion::scaled;
+use super::motion::{bounded, scaled};
 use super::{PerRangefinder, Signal};
 
 /// What each sensor sees of what lies ahead, and how much must be seen.
@@ -38,7 +38,7 @@ impl Coverage {
         let sum = parts.fold(first, |sum, (&sees, &left)| {
             sum.saturating_add(scaled(left, sees))
         });
-        Self(sum.clamp(Signal::ZERO, Signal::ONE))
+        Self(bounded(sum, Signal::ZERO, Signal::ONE))
     }
 
     /// Returns the part, 0..=1.

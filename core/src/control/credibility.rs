@@ -1,6 +1,6 @@
 //! How far each behaviour is believed: \[004\] eq. 14 and 15.
 
-use super::motion::scaled;
+use super::motion::{bounded, scaled};
 use super::{Failures, Signal};
 use crate::narrow::saturating_i32;
 
@@ -61,7 +61,8 @@ fn inverse_of(sum: Signal) -> Signal {
     let inverse = (Q48 << 8).checked_div(divisor).unwrap_or(0);
     let exact = inverse.saturating_add(C2_Q32 >> 8);
     let rounded = exact.saturating_add(1 << 7) >> 8;
-    Signal::from_bits(saturating_i32(rounded)).clamp(Signal::ZERO, Signal::ONE)
+    let bits = Signal::from_bits(saturating_i32(rounded));
+    bounded(bits, Signal::ZERO, Signal::ONE)
 }
 
 #[cfg(test)]

@@ -106,7 +106,12 @@ impl CrossCheck {
             };
             let (least, most) = (i16::from(config.credit), i16::from(config.most));
             let sum = suspicion.saturating_add(step);
-            *suspicion = sum.clamp(least.saturating_neg(), most);
+            // Not `clamp`, which has a panic for bounds the wrong way round.
+            *suspicion = if sum > most {
+                most
+            } else {
+                sum.max(least.saturating_neg())
+            };
         }
     }
 

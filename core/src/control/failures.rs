@@ -2,6 +2,7 @@
 
 use super::Signal;
 use super::braitenberg::{PerRangefinder, RANGEFINDERS};
+use super::motion::HALF;
 use crate::health::{Confidence, Health, HealthConfig, Status};
 use crate::narrow::low_u32;
 
@@ -59,7 +60,7 @@ impl Failure {
         match health.status() {
             _ if health.is_stale() => Self::TOTAL,
             Status::Failed => Self::TOTAL,
-            Status::Recovering => doubt.max(Self(Signal::lit("0.5"))),
+            Status::Recovering => doubt.max(Self(HALF)),
             Status::Healthy | Status::Suspect => doubt,
         }
     }

@@ -75,7 +75,7 @@ impl PolarHistogram {
     #[must_use]
     pub fn of(scan: &PerBeam<Reading>, config: &HistogramConfig) -> Self {
         let mut widened = [0; BEAMS];
-        for (reading, index) in scan.iter().zip(0_usize..) {
+        for (reading, index) in scan.iter().zip(0..BEAMS) {
             let Some(away) = distance(*reading) else {
                 continue;
             };

@@ -1,5 +1,6 @@
 //! No jolt: the limit of acceleration, \[004\] eq. 16.
 
+use super::motion::bounded;
 use super::{Signal, Wheels};
 use crate::narrow::saturating_i32;
 
@@ -76,9 +77,9 @@ fn approached(wanted: Signal, before: Signal, faster: Signal, slower: Signal) ->
     let least = before.saturating_sub(slower);
     if before == Signal::ZERO {
         // From standing, either way is faster.
-        wanted.clamp(most.saturating_neg(), most)
+        bounded(wanted, most.saturating_neg(), most)
     } else {
-        wanted.clamp(least.max(Signal::ZERO), most)
+        bounded(wanted, least.max(Signal::ZERO), most)
     }
 }
 

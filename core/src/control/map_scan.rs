@@ -25,7 +25,7 @@ pub fn scan_of_map<G: CertaintyGrid>(
 ) -> PerBeam<Reading> {
     let geometry = map.geometry();
     let mut scan = [Reading::NoObject; BEAMS];
-    for (reading, index) in scan.iter_mut().zip(0_u8..) {
+    for (reading, index) in scan.iter_mut().zip(0..=u8::MAX) {
         let bearing = scanner.heading.wrapping_add(beam_bearing(index));
         let end: Point = scanner.at.ahead(bearing.direction(), farthest);
         let hit = Ray::new(&geometry, scanner.at, end).find(|&cell| map.certainty(cell) > obstacle);

@@ -26,6 +26,21 @@ pub(super) const fn scaled(value: Signal, by: Signal) -> Signal {
     })
 }
 
+/// One half.
+pub(super) const HALF: Signal = Signal::lit("0.5");
+
+/// Returns the value within `low..=high` that is nearest to `value`; `low` where they are the wrong way
+/// round, for which `clamp` has a panic.
+pub(super) fn bounded(value: Signal, low: Signal, high: Signal) -> Signal {
+    if value < low {
+        low
+    } else if value > high {
+        high
+    } else {
+        value
+    }
+}
+
 /// A partial control vector **v**_l of \[004\] eq. 1, as what it is for.
 ///
 /// The avoiding and the orienting behaviours only turn (`v_L = −v_R`, \[004\] §3), the speed only goes
@@ -68,9 +83,9 @@ impl Motion {
     /// full speed is for going ahead. A sum cut off wheel by wheel would turn less the faster it went.
     #[must_use]
     pub fn wheels(self) -> Wheels {
-        let turn = self.turn.clamp(Signal::NEG_ONE, Signal::ONE);
+        let turn = bounded(self.turn, Signal::NEG_ONE, Signal::ONE);
         let left_over = Signal::ONE.saturating_sub(turn.saturating_abs());
-        let ahead = (self.ahead).clamp(left_over.saturating_neg(), left_over);
+        let ahead = bounded(self.ahead, left_over.saturating_neg(), left_over);
         Wheels {
             right: ahead.saturating_add(turn),
             left: ahead.saturating_sub(turn),

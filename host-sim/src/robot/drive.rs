@@ -229,7 +229,9 @@ struct Log {
     events: Vec<Event>,
     faulty: [bool; NAMES.len()],
     distrusted: [bool; NAMES.len()],
-    caution: Option<Caution>,
+    caution: Caution,
+    /// For how many steps it has been another than that.
+    other_caution: u32,
     collisions: u32,
 }
 
@@ -274,9 +276,18 @@ impl Log {
         }
     }
 
+    /// Notes what holds the robot back, once that has lasted half a second: a robot that could go just as
+    /// fast as it may changes from *slowed* to not at every step.
     fn note_caution(&mut self, now: u32, caution: Caution) {
-        let before = self.caution.replace(caution).unwrap_or(Caution::None);
-        if before != caution && caution != Caution::Arrived {
+        const LASTING_STEPS: u32 = 10;
+        if caution == self.caution || caution == Caution::Arrived {
+            self.other_caution = 0;
+            return;
+        }
+        self.other_caution += 1;
+        if self.other_caution >= LASTING_STEPS || caution == Caution::Blind {
+            self.other_caution = 0;
+            self.caution = caution;
             self.push(now, Happening::Caution(caution));
         }
     }
