@@ -31,6 +31,11 @@ pub(crate) const fn wrapping_u32(value: i64) -> u32 {
     value as u32
 }
 
+/// The low 32 bits.
+pub(crate) const fn low_u32(value: u64) -> u32 {
+    value as u32
+}
+
 /// The nearest value of 32 bits.
 pub(crate) const fn saturating_i32(value: i64) -> i32 {
     if value > i32::MAX as i64 {
@@ -70,6 +75,15 @@ pub(crate) const fn saturating_i8(value: i64) -> i8 {
         i8::MIN
     } else {
         value as i8
+    }
+}
+
+/// The nearest value of 8 bits.
+pub(crate) const fn saturating_u8(value: u64) -> u8 {
+    if value > u8::MAX as u64 {
+        u8::MAX
+    } else {
+        value as u8
     }
 }
 

@@ -2,9 +2,6 @@
 
 use certainty_firmware::ring_rehearsal::{self, Outcome};
 use certainty_tests::firmware;
-use certainty_tests::program::run;
-use core::time::Duration;
-use std::process::{Command, Stdio};
 
 /// The image has 8 KB of RAM, and a stack that does not fit ends in a fault: that it answers at all is
 /// the claim that one check fits.
@@ -13,13 +10,7 @@ fn the_host_and_a_cortex_m3_under_qemu_check_a_ring_alike_and_in_8_kb() {
     let Some(image) = firmware::image("ring_bench").filter(|_| firmware::qemu_is_there()) else {
         return;
     };
-    let mut qemu = Command::new("qemu-system-arm");
-    qemu.args(["-M", "stm32vldiscovery", "-nographic", "-monitor", "none"])
-        .args(["-serial", "null", "-icount", "shift=5"])
-        .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
-        .arg(image)
-        .stdin(Stdio::null());
-    let ran = run(qemu, Duration::from_secs(120));
+    let ran = firmware::counted(&image);
     assert_eq!(ran.code, Some(0), "{ran:?}");
     let printed = format!("{}{}", ran.stdout, ran.stderr);
     let Outcome {

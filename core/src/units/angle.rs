@@ -189,19 +189,25 @@ const fn part(magnitude: u64, length: u64, negative: bool) -> Option<i32> {
 }
 
 /// sin of `steps`/65536 of a turn, in Q30; mirror-symmetric to the last bit.
-///
-/// Range: every product stays below 2^62, as |sum| < 2^31 and z² ≤ 2^30.
 const fn sine_q30(steps: u16) -> i32 {
+    fine_sine_q30((steps as u32) << 16)
+}
+
+/// sin of `steps`/2^32 of a turn, in Q30; mirror-symmetric to the last bit.
+///
+/// Range: every product stays below 2^62, as |sum| < 2^31 and z ≤ 2^30.
+pub(crate) const fn fine_sine_q30(steps: u32) -> i32 {
     const ONE: i64 = 1 << Direction::FRACTION_BITS;
-    // Fold into the first quarter: `z` is 0..=0x4000, a quarter being one.
-    let half = steps & 0x7FFF;
-    let folded = if half > 0x4000 {
-        0x8000_u16.wrapping_sub(half)
+    const HALF: i64 = 1 << (Direction::FRACTION_BITS - 1);
+    // Fold into the first quarter: `z` is 0..=2^30, a quarter being one.
+    let half = steps & 0x7FFF_FFFF;
+    let folded = if half > 0x4000_0000 {
+        0x8000_0000_u32.wrapping_sub(half)
     } else {
         half
     };
     let z = folded as i64;
-    let square = z.wrapping_mul(z) << 2; // z² in Q30, as a quarter is 2^14
+    let square = z.wrapping_mul(z) >> Direction::FRACTION_BITS;
     let [c0, c1, c2, c3, c4, c5, c6] = SINE;
     let sum = horner(c6, square, c5);
     let sum = horner(sum, square, c4);
@@ -209,9 +215,9 @@ const fn sine_q30(steps: u16) -> i32 {
     let sum = horner(sum, square, c2);
     let sum = horner(sum, square, c1);
     let sum = horner(sum, square, c0);
-    let product = sum.wrapping_mul(z).wrapping_add(1 << 13) >> 14;
+    let product = sum.wrapping_mul(z).wrapping_add(HALF) >> Direction::FRACTION_BITS;
     let magnitude = saturating_i32(if product > ONE { ONE } else { product });
-    if steps & 0x8000 == 0 {
+    if steps & 0x8000_0000 == 0 {
         magnitude
     } else {
         magnitude.wrapping_neg()

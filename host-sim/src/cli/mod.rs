@@ -6,6 +6,7 @@
 mod calibrate;
 mod campaign;
 mod compare;
+mod drive;
 mod failure;
 mod health;
 mod jobs;
@@ -59,6 +60,8 @@ enum Command {
     Table2(table2::Arguments),
     /// A sonar ring checked against laser scanners and against itself, in an office or recorded: [003]
     Ring(ring::Arguments),
+    /// A robot drives to its goal while its sensors fail, told of it or finding out: [004]
+    Drive(drive::Arguments),
     /// Measured bytes of infrared sensors: their characteristics, and the errors that are left
     Calibrate(calibrate::Arguments),
     /// A board's telemetry, live: its map, where its sensors look, their health, and what was lost
@@ -86,6 +89,7 @@ pub fn main() -> ExitCode {
             Command::Recovery(arguments) => recovery::run(&arguments),
             Command::Table2(arguments) => table2::run(&arguments),
             Command::Ring(arguments) => ring::run(&arguments),
+            Command::Drive(arguments) => drive::run(&arguments),
             Command::Calibrate(arguments) => calibrate::run(&arguments),
             Command::Monitor(arguments) => monitor::run(&arguments),
         },

@@ -22,6 +22,8 @@ pub enum Purpose {
     Repetition,
     /// Noise of laser scanners.
     Laser,
+    /// How a robot's wheels slip.
+    Slip,
 }
 
 /// Returns the stream of `sensor`'s `part` for `purpose`, in the run that `seed` names.
@@ -36,6 +38,7 @@ pub fn stream(seed: u64, purpose: Purpose, sensor: u8, part: u32) -> ChaCha8Rng 
         Purpose::Choice => 4,
         Purpose::Repetition => 3,
         Purpose::Laser => 5,
+        Purpose::Slip => 6,
     };
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(purpose << 40 | u64::from(part) << 8 | u64::from(sensor));
@@ -57,6 +60,7 @@ mod tests {
             Purpose::Choice,
             Purpose::Repetition,
             Purpose::Laser,
+            Purpose::Slip,
         ];
         for purpose in purposes {
             for sensor in [0, 1, 255] {

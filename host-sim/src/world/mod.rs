@@ -129,6 +129,15 @@ impl World {
         self.obstacles.iter().any(|obstacle| obstacle.covers(at))
     }
 
+    /// Returns how far the nearest obstacle is from the square millimetre `at`, the shortest way; `None`
+    /// on an open plane.
+    #[must_use]
+    pub fn clearance(&self, at: Point) -> Option<f64> {
+        let obstacles = self.obstacles.iter();
+        let clearances = obstacles.map(|obstacle| obstacle.clearance(at));
+        clearances.min_by(f64::total_cmp)
+    }
+
     /// Tells whether an obstacle covers the centre of the square millimetre `at`.
     #[must_use]
     pub fn occupied(&self, at: Point) -> bool {

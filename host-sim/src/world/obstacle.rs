@@ -172,6 +172,34 @@ impl Obstacle {
         }
     }
 
+    /// Returns the corners of its outline, counter-clockwise, in millimetres; of a disc 48 points of it.
+    #[must_use]
+    pub fn outline(&self) -> Vec<(f64, f64)> {
+        match self.0 {
+            Outline::Box { centre, half, axis } => {
+                let corner = |x: f64, y: f64| {
+                    let (x, y) = (x * half.x, y * half.y);
+                    (
+                        centre.x + x * axis.x - y * axis.y,
+                        centre.y + x * axis.y + y * axis.x,
+                    )
+                };
+                vec![
+                    corner(-1.0, -1.0),
+                    corner(1.0, -1.0),
+                    corner(1.0, 1.0),
+                    corner(-1.0, 1.0),
+                ]
+            }
+            Outline::Disc { centre, radius } => (0..48_i32)
+                .map(|part| {
+                    let along = Vector::along(BinaryAngle::from_millidegrees(part * 7500));
+                    (centre.x + radius * along.x, centre.y + radius * along.y)
+                })
+                .collect(),
+        }
+    }
+
     /// Returns the smallest upright rectangle around the obstacle, rounded outwards.
     #[must_use]
     pub fn bounds(&self) -> Bounds {
