@@ -8,7 +8,7 @@ use critical_section::Mutex;
 use stm32f1xx_hal::pac::{Interrupt, USART1, interrupt};
 
 /// Room for the bytes of a round's reports that are not sent while they are made.
-const ROOM: usize = 1024;
+const ROOM: usize = 640;
 
 /// The bytes that wait.
 static BYTES: Mailbox<u8, ROOM> = Mailbox::new();
