@@ -18,7 +18,7 @@
 //!
 //! # Memory
 //!
-//! Two scanners of 361 beams and 24 sonars: 2.9 KB for the scan, 2.6 KB for 64 elements of the
+//! Two scanners of 361 beams and 24 sonars: 2.9 KB for the scan, 2.1 KB for 64 elements of the
 //! polygon, and below 1 KB for everything else. The scan is of no use once there is a polygon.
 //!
 //! # Example

@@ -125,7 +125,7 @@ pub enum Joint {
 
 /// A straight piece of the surroundings.
 ///
-/// Memory: 36 bytes.
+/// Memory: 32 bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Element {
@@ -179,7 +179,7 @@ impl Element {
 ///
 /// `ELEMENTS` is how many there is room for; a furnished office takes 20 to 40.
 ///
-/// Memory: 36 bytes an element and 8. While it is made, 8 bytes an element more on the stack.
+/// Memory: 32 bytes an element and 8. While it is made, 8 bytes an element more on the stack.
 #[derive(Debug, Clone)]
 pub struct Polygon<const ELEMENTS: usize> {
     elements: heapless::Vec<Element, ELEMENTS>,
