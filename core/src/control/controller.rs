@@ -138,8 +138,8 @@ impl Controller {
     ///     })
     /// };
     /// step(0, Failures::NONE);
-    /// assert_eq!(step(200, Failures::NONE).wheels.right, Signal::lit("0.6")); // 3 m/s² for 0.2 s
-    /// let blind = step(300, Failures::ALL);
+    /// assert_eq!(step(250, Failures::NONE).wheels.right, Signal::lit("0.75")); // 3 m/s²
+    /// let blind = step(400, Failures::ALL);
     /// assert_eq!((blind.caution, blind.wheels.right), (Caution::Blind, Signal::ZERO)); // 6 m/s²
     /// ```
     pub fn step(&mut self, situation: &Situation<'_>) -> Command {

@@ -73,6 +73,10 @@ impl Course {
 
     /// Returns an empty map of the course and 2 m around it, in cells of 10 cm, or larger ones where the
     /// world is too large for that.
+    ///
+    /// # Panics
+    ///
+    /// For no sensors; never for a size.
     #[must_use]
     pub fn map(&self, method: Method, sensors: u8) -> HostMapper {
         const MARGIN: i32 = 2000;

@@ -49,7 +49,7 @@ impl Quality {
             error: sum(&|sample| sample.distance_m * sample.distance_m) * step_s,
             speed_deviation: (squares / (count - 1.0).max(1.0)).sqrt(),
             route_m: reached.then(|| sum(&|sample| sample.speed_m_s) * step_s),
-            time_s: reached.then(|| samples.len() as f64 * step_s),
+            time_s: reached.then_some(samples.len() as f64 * step_s),
             mean_speed,
         }
     }

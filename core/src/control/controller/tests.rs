@@ -89,25 +89,25 @@ fn an_open_road_is_taken_at_full_speed() {
 }
 
 /// Eq. 1 by hand: nothing within 4 m but the goal 45° to the left, so α₀ and α₁ do not matter (nothing to
-/// avoid), α₂ = 24/16 and α₃ = 1; v₂ = 0.25, v₃ = 1 − 0.25; turn 0.375, ahead 0.75 of which 0.625 is left.
+/// avoid), α₂ = 20/16 and α₃ = 1; v₂ = 0.25, v₃ = 1 − 0.25; turn 0.3125, ahead 0.75 of which 0.6875 is left.
 #[test]
 fn eq_1_by_hand_towards_the_goal() {
     let scene = Scene {
         goal: Point::from_mm(10_000, 10_000),
         ..Scene::open()
     };
-    assert_eq!(signals(&settled(&scene)), (1.0, 0.25));
+    assert_eq!(signals(&settled(&scene)), (1.0, 0.375));
 }
 
-/// Eq. 1 by hand: FL sees something 800 mm away, nearness 0.6. v₀ = −0.3, α₀ = 12/16: −0.225; nothing else
-/// turns. v₃ = 0.7; α₃ between 600 mm (6/16) and 1200 mm (12/16) is 0.5: 0.35.
+/// Eq. 1 by hand: FL sees something 800 mm away, nearness 7/15. v₀ = −7/30, α₀ = 12/16: −0.175; nothing
+/// else turns. v₃ = 23/30; α₃ between 600 mm (6/16) and 1200 mm (12/16) is 0.5: 0.38333.
 #[test]
 fn eq_1_by_hand_beside_an_obstacle() {
     let mut scene = Scene::open();
     scene.rangefinders[0] = Reading::Echo(Millimeters::new(800));
     let (right, left) = signals(&settled(&scene));
     assert!(
-        (right - 0.125).abs() < 1e-4 && (left - 0.575).abs() < 1e-4,
+        (right - 0.20833).abs() < 1e-4 && (left - 0.55833).abs() < 1e-4,
         "{right} {left}"
     );
     // With that rangefinder failed: nothing near is believed, and nothing turns.
