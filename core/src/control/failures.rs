@@ -150,7 +150,11 @@ mod tests {
 
     #[test]
     fn confidence_drives_the_failure_continuously() {
-        // Healthy from 0.75, failed below 0.25.
+        let config = HealthConfig {
+            healthy_from: Confidence::from_bits(3 << 14),
+            failed_below: Confidence::from_bits(1 << 14),
+            ..HealthConfig::DEFAULT
+        };
         for (bits, expected) in [
             (u16::MAX, 0.0),
             (3 << 14, 0.0),
@@ -160,7 +164,8 @@ mod tests {
             (0, 1.0),
         ] {
             let health = Health::new(Confidence::from_bits(bits));
-            assert_eq!(part(&health), expected, "{bits}");
+            let part: f64 = Failure::of_health(&health, &config).part().to_num();
+            assert_eq!(part, expected, "{bits}");
         }
     }
 
