@@ -12,4 +12,7 @@ fn main() {
         workspace.join("memory.x").display()
     );
     println!("cargo:rerun-if-changed=build.rs");
+    if env::var_os("CARGO_FEATURE_DEFMT_RTT").is_some() {
+        println!("cargo:rustc-link-arg-bin=smart_car=-Tdefmt.x");
+    }
 }

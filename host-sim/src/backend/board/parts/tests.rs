@@ -95,11 +95,10 @@ fn a_vin_that_is_driven_high_ends_the_run() {
 #[test]
 fn a_port_reads_the_devices_on_its_inputs_and_the_pulls_of_the_rest() {
     let mut parts = clocked();
-    // PC8 pulled up with nothing on it, PC10 to PC12 pulled down with Vout on them, PC13 analog.
+    // PC8 pulled with nothing on it, PC10 to PC12 pulled down with Vout on them, PC13 analog.
     parts.write(GPIO_C + 0x04, 0x4408_8848, 0);
-    parts.write(GPIO_C + 0x0c, 1 << 8, 0);
     assert_eq!(parts.read(GPIO_C + 0x08, 0) & 0x7f00, 1 << 11);
-    parts.write(GPIO_C + 0x04, 0x4408_8848 & !0xf | 8, 0);
+    parts.write(GPIO_C + 0x0c, 1 << 8, 0);
     assert_eq!(parts.read(GPIO_C + 0x08, 0) & 0x7f00, 1 << 11 | 1 << 8);
     assert_eq!(parts.read(GPIO_B + 0x08, 0), 1 << 10 | 0b111 << 12);
 }
