@@ -17,8 +17,22 @@ pub(crate) const fn wrapping_u16(value: u32) -> u16 {
     value as u16
 }
 
+/// The nearest value of 16 bits.
+pub(crate) const fn saturating_u16(value: u32) -> u16 {
+    if value > u16::MAX as u32 {
+        u16::MAX
+    } else {
+        value as u16
+    }
+}
+
 /// The low 32 bits.
 pub(crate) const fn wrapping_u32(value: i64) -> u32 {
+    value as u32
+}
+
+/// The low 32 bits.
+pub(crate) const fn low_u32(value: u64) -> u32 {
     value as u32
 }
 
@@ -33,6 +47,26 @@ pub(crate) const fn saturating_i32(value: i64) -> i32 {
     }
 }
 
+/// The nearest value of 16 bits.
+pub(crate) const fn saturating_i16(value: i32) -> i16 {
+    if value > i16::MAX as i32 {
+        i16::MAX
+    } else if value < i16::MIN as i32 {
+        i16::MIN
+    } else {
+        value as i16
+    }
+}
+
+/// The nearest value of 16 bits.
+pub(crate) const fn saturating_u16_of_u64(value: u64) -> u16 {
+    if value > u16::MAX as u64 {
+        u16::MAX
+    } else {
+        value as u16
+    }
+}
+
 /// The nearest value of 8 bits.
 pub(crate) const fn saturating_i8(value: i64) -> i8 {
     if value > i8::MAX as i64 {
@@ -41,6 +75,15 @@ pub(crate) const fn saturating_i8(value: i64) -> i8 {
         i8::MIN
     } else {
         value as i8
+    }
+}
+
+/// The nearest value of 8 bits.
+pub(crate) const fn saturating_u8(value: u64) -> u8 {
+    if value > u8::MAX as u64 {
+        u8::MAX
+    } else {
+        value as u8
     }
 }
 

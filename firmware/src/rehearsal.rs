@@ -50,7 +50,7 @@ pub fn run() -> Result<Outcome, Refused> {
     let mut mapper = Mapper::new(grid.map_err(|_| Refused)?, health, HealthRules::DEFAULT);
     const ACCURACY: U0F16 = U0F16::lit("0.1");
     let model = smart_car::beam_model(ACCURACY);
-    let mut dice = Dice(1);
+    let mut dice = Dice::new(1);
     let mut told = 0_u32;
     for step in 0..SWEEPS.saturating_mul(SWEEP.directions().into()) {
         for slot in 0..SENSORS {
@@ -86,10 +86,15 @@ pub fn run() -> Result<Outcome, Refused> {
 }
 
 /// A small generator of made-up readings (xorshift, 32 bits).
-struct Dice(u32);
+pub(crate) struct Dice(u32);
 
 impl Dice {
-    fn next(&mut self) -> u32 {
+    /// Throws that `seed`, not zero, decides.
+    pub(crate) const fn new(seed: u32) -> Self {
+        Self(seed)
+    }
+
+    pub(crate) fn next(&mut self) -> u32 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 17;
         self.0 ^= self.0 << 5;

@@ -5,9 +5,7 @@
 #![no_main]
 
 use certainty_core::certainty::Certainty;
-use certainty_core::fusion::{
-    BayesGrid, CertaintyGrid, Environment, Measurement, Shape, Strength,
-};
+use certainty_core::fusion::{BayesGrid, CertaintyGrid, Environment, Measurement, Shape, Strength};
 use certainty_core::health::Health;
 use certainty_core::sensor::SensorId;
 use certainty_firmware::smart_car::{CELLS, SENSORS, SmartCarShape};
@@ -51,7 +49,9 @@ fn heard(line: &[u8]) -> (Vec<Frame>, Vec<Vec<u8>>) {
     let tally = decoder.tally();
     let told = tally.frames + tally.checksum + tally.too_long + tally.undecodable;
     let told = told + tally.other_version + tally.truncated;
-    let pieces = line.split(|&byte| byte == 0).filter(|piece| !piece.is_empty());
+    let pieces = line
+        .split(|&byte| byte == 0)
+        .filter(|piece| !piece.is_empty());
     assert_eq!(told, pieces.count() as u64);
     (frames, complete)
 }
@@ -133,7 +133,12 @@ static SENT: LazyLock<(Vec<u8>, Vec<Vec<u8>>)> = LazyLock::new(|| {
         let map = Environment::new(&grid, &health);
         assert!(reporter.send_map(&map, 4));
         reporter.send_health(&map);
-        maps.push(geometry.iter().map(|cell| grid.certainty(cell).to_bits()).collect());
+        maps.push(
+            geometry
+                .iter()
+                .map(|cell| grid.certainty(cell).to_bits())
+                .collect(),
+        );
     }
     (reporter.release().0, maps)
 });

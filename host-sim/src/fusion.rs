@@ -7,13 +7,15 @@ pub use literal::LiteralGrid;
 pub use rules::{Rules, UnknownRules};
 
 use certainty_core::certainty::Certainty;
+use certainty_core::control::{PerBeam, scan_of_map};
 use certainty_core::fusion::{
     Accumulated, BayesGrid, Beam, BeamModel, CertaintyGrid, Environment, Geometry, Latest, Mapper,
     MedianGrid, RobustGrid, RobustRules, Strength, TrimmedGrid, UnknownSensor, owner_bytes,
 };
 use certainty_core::health::{Health, HealthRules};
 use certainty_core::sensor::SensorId;
-use certainty_core::units::Ticks;
+use certainty_core::transducer::Reading;
+use certainty_core::units::{Millimeters, Pose, Ticks};
 use core::fmt;
 use core::str::FromStr;
 
@@ -255,6 +257,22 @@ impl HostMapper {
         })
     }
 
+    /// Draws the conclusion about every sensor without a reading; see [`Mapper::settle`].
+    pub fn settle(&mut self, now: Ticks) {
+        each!(&mut self.0, mapper => mapper.settle(now));
+    }
+
+    /// Returns what a scanner would see in the map; see [`scan_of_map`].
+    #[must_use]
+    pub fn scan(
+        &self,
+        scanner: Pose,
+        farthest: Millimeters,
+        obstacle: Certainty,
+    ) -> PerBeam<Reading> {
+        each!(&self.0, mapper => scan_of_map(&mapper.environment(), scanner, farthest, obstacle))
+    }
+
     /// Returns where the map lies and how it is divided.
     #[must_use]
     pub fn geometry(&self) -> Geometry {
@@ -271,7 +289,7 @@ impl HostMapper {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use certainty_core::units::{Millimeters, Point};
+    use certainty_core::units::Point;
 
     #[test]
     fn memory_is_the_papers_formula_for_every_method() {

@@ -10,6 +10,8 @@
 //! | [`calibration`] | sensors' characteristics, from measured bytes, and what is left of their errors |
 //! | [`replay`] | recordings of real robots |
 //! | [`fusion`] | the core's grids at sizes chosen at run time |
+//! | [`ring`] | a sonar ring and laser scanners in a world: echoes, faults, and how well these are found |
+//! | [`robot`] | a robot that drives by the core's control level, its sensors failing |
 //! | [`experiment`] | the Smart Car in a world, scored against perfect sensors |
 //! | [`monitor`] | a board's telemetry, heard live or from a file |
 //! | [`export`] | pictures and maps for other programs |
@@ -30,6 +32,8 @@ pub mod monitor;
 pub mod plot;
 pub mod quantity;
 pub mod replay;
+pub mod ring;
+pub mod robot;
 pub mod toml_file;
 pub mod transducer;
 pub mod world;

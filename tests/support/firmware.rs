@@ -1,9 +1,10 @@
 //! The firmware's images, built as `cargo firmware` builds them.
 
-use crate::program::executable;
+use crate::program::{Ran, executable, run};
 use crate::{skipped, workspace};
+use core::time::Duration;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
 use std::sync::OnceLock;
 
 /// The microcontroller's target.
@@ -46,4 +47,28 @@ fn target_is_installed() -> bool {
         .ok()
         .and_then(|output| String::from_utf8(output.stdout).ok());
     folder.is_some_and(|folder| Path::new(folder.trim()).is_dir())
+}
+
+/// Whether QEMU can be run here; notes it if not.
+#[must_use]
+pub fn qemu_is_there() -> bool {
+    let there = Command::new("qemu-system-arm").arg("--version").output();
+    if there.is_err() {
+        skipped("there is no qemu-system-arm");
+    }
+    there.is_ok()
+}
+
+/// Runs an image that speaks by semihosting, under QEMU and until it ends.
+///
+/// Every instruction takes 32 ns of the emulator's time, so that counts repeat.
+#[must_use]
+pub fn counted(image: &Path) -> Ran {
+    let mut qemu = Command::new("qemu-system-arm");
+    qemu.args(["-M", "stm32vldiscovery", "-nographic", "-monitor", "none"])
+        .args(["-serial", "null", "-icount", "shift=5"])
+        .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
+        .arg(image)
+        .stdin(Stdio::null());
+    run(qemu, Duration::from_secs(120))
 }

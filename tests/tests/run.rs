@@ -1,7 +1,7 @@
 //! `certainty run`: the same application, bit for bit, on every backend, whatever is broken.
 
+use certainty_tests::firmware;
 use certainty_tests::program::{PATIENCE, certainty, keys, program};
-use certainty_tests::{firmware, skipped};
 use serde_json::Value;
 use std::path::Path;
 use std::process::Command;
@@ -26,15 +26,7 @@ fn on(backend: &str, rounds: u32, faults: &str) -> Option<Value> {
     let folder = tempfile::tempdir().unwrap();
     let image = match backend {
         "native" => String::new(),
-        "qemu"
-            if Command::new("qemu-system-arm")
-                .arg("--version")
-                .output()
-                .is_err() =>
-        {
-            skipped("there is no qemu-system-arm");
-            return None;
-        }
+        "qemu" if !firmware::qemu_is_there() => return None,
         "qemu" => format!(" --image {}", firmware::image("qemu")?.display()),
         _ => format!(" --image {}", firmware::image("smart_car")?.display()),
     };

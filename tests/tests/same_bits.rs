@@ -1,13 +1,10 @@
 //! The same readings give the same bits on the host and on a Cortex-M3.
 
 use certainty_firmware::rehearsal;
-use certainty_tests::program::run;
-use certainty_tests::{firmware, skipped};
-use core::time::Duration;
+use certainty_tests::firmware;
 use object::{Object, ObjectSymbol};
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Stdio};
 
 /// Symbols that only a program with a way to panic has.
 fn panicking<'a>(symbols: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
@@ -17,31 +14,13 @@ fn panicking<'a>(symbols: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
 
 #[test]
 fn the_host_and_a_cortex_m3_under_qemu_get_the_same_digest() {
-    if Command::new("qemu-system-arm")
-        .arg("--version")
-        .output()
-        .is_err()
-    {
-        skipped("there is no qemu-system-arm");
+    if !firmware::qemu_is_there() {
         return;
     }
     let Some(image) = firmware::image("smoke") else {
         return;
     };
-    let mut qemu = Command::new("qemu-system-arm");
-    qemu.args([
-        "-M",
-        "stm32vldiscovery",
-        "-nographic",
-        "-monitor",
-        "none",
-        "-serial",
-        "null",
-    ])
-    .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
-    .arg(image)
-    .stdin(Stdio::null());
-    let ran = run(qemu, Duration::from_secs(60));
+    let ran = firmware::counted(&image);
     let rehearsal::Outcome { digest, told } = rehearsal::run().unwrap();
     let expected = format!("digest {digest:08x} of {told} cells told");
     assert_eq!(ran.code, Some(0), "{ran:?}");
@@ -71,7 +50,7 @@ fn panics_in(path: &Path) -> Vec<String> {
 
 #[test]
 fn nothing_in_the_firmware_can_panic() {
-    for name in ["smart_car", "qemu", "smoke"] {
+    for name in ["smart_car", "qemu", "smoke", "control_bench"] {
         let Some(image) = firmware::image(name) else {
             return;
         };

@@ -1,7 +1,7 @@
 //! The arithmetic of `AddToGrid` (\[001\] Fig. 3), in integers.
 
 use crate::certainty::Certainty;
-use crate::health::{Confidence, Health};
+use crate::health::{Blame, Confidence, Health, Learning, Stride};
 use crate::narrow::wrapping_u8;
 use core::fmt;
 use fixed::types::{I2F14, U0F16};
@@ -19,28 +19,10 @@ pub struct RobustConfig {
     /// `CONTRIBUTIONTHRESHOLD`: a contribution above it makes the sensor the owner.
     #[cfg_attr(feature = "defmt", defmt(Display2Format))]
     pub contribution: I2F14,
-    /// How much it raises both confidences that two sensors agree on something occupied.
-    #[cfg_attr(feature = "defmt", defmt(Display2Format))]
-    pub raise: U0F16,
-    /// How much it raises both confidences that two sensors agree on something free.
-    ///
-    /// Each beam frees many cells and hits one, so that even a sensor that never sees anything agrees
-    /// with the others about nearly every cell: that two sensors find the same cell free says little of
-    /// either. Equal to [`Self::raise`], it is \[001\] Fig. 3, which makes no difference.
-    #[cfg_attr(feature = "defmt", defmt(Display2Format))]
-    pub raise_free: U0F16,
-    /// How much a contradiction lowers both confidences; more than [`Self::raise_free`].
-    ///
-    /// Differs from \[002\] §4, where confidence falls by larger steps than it rises by: that presumes
-    /// that agreement is frequent, which it is only about what is free.
-    #[cfg_attr(feature = "defmt", defmt(Display2Format))]
-    pub lower: U0F16,
+    /// What a comparison teaches of the two sensors: `inc` and `dec`.
+    pub learning: Learning,
     /// What a sensor starts with; full, where nothing is known about it (\[002\] §4).
     pub start: Confidence,
-    /// No confidence falls below this.
-    pub floor: Confidence,
-    /// No confidence rises above this.
-    pub ceiling: Confidence,
 }
 
 impl RobustConfig {
@@ -48,30 +30,39 @@ impl RobustConfig {
     ///
     /// A quarter for both comparisons: each side must, on average, be half way from *uncertain* to
     /// sure. Nothing for the contribution: whoever is on the cell's side owns it. Agreeing on something
-    /// occupied weighs 16 contradictions and agreeing on something free nothing: sound sensors of \[001\]
-    /// Table 1 agree on something occupied once in 2 to 25 contradictions, one that sees nothing never.
+    /// occupied makes up for a quarter of what a confidence lacks, and agreeing on something free for
+    /// nothing; a contradiction costs the side that is as likely wrong as the other 1/48 of it.
     pub const DEFAULT: Self = Self {
         confirmation: I2F14::from_bits(1 << 12),
         contradiction: I2F14::from_bits(-(1 << 12)),
         contribution: I2F14::from_bits(0),
-        raise: U0F16::from_bits(16 * (3 << 7)),
-        raise_free: U0F16::from_bits(0),
-        lower: U0F16::from_bits(3 << 7),
+        learning: Learning {
+            raise: U0F16::from_bits(1 << 14),
+            raise_free: U0F16::from_bits(0),
+            lower: U0F16::from_bits(1365),
+            stride: Stride::Proportional,
+            blame: Blame::Shared,
+            floor: Confidence::from_bits(1 << 10),
+            ceiling: Confidence::FULL,
+        },
         start: Confidence::FULL,
-        floor: Confidence::from_bits(1 << 10),
-        ceiling: Confidence::FULL,
     };
 
-    /// \[001\] §5.1 and \[002\] §4 to the letter: all agreement counts alike, and confidence falls by
-    /// larger steps than it rises by.
+    /// \[001\] §5.1 and \[002\] §4 to the letter: all agreement counts alike, both sides fall alike, and
+    /// confidence falls by larger steps than it rises by.
     ///
     /// A contradiction weighs 7 confirmations: sound sensors of \[001\] Table 1 gather 9 to 22
     /// confirmations a contradiction, 8 beside a random one, which gathers 4 to 7. So these steps find
     /// a random sensor best, and one that is stuck far or biased hardly ever.
     pub const TO_THE_LETTER: Self = Self {
-        raise: U0F16::from_bits(1 << 7),
-        raise_free: U0F16::from_bits(1 << 7),
-        lower: U0F16::from_bits(7 << 7),
+        learning: Learning {
+            raise: U0F16::from_bits(1 << 7),
+            raise_free: U0F16::from_bits(1 << 7),
+            lower: U0F16::from_bits(7 << 7),
+            stride: Stride::Fixed,
+            blame: Blame::Alike,
+            ..Self::DEFAULT.learning
+        },
         ..Self::DEFAULT
     };
 }
@@ -99,7 +90,7 @@ pub enum RobustConfigError {
     /// The step down is not larger than the step up for agreeing on something free, or there is no
     /// step up for agreeing on something occupied.
     Steps,
-    /// The floor is not below the ceiling, or the start not between them.
+    /// The floor is zero, or not below the ceiling, or the start not between them.
     Bounds,
 }
 
@@ -109,7 +100,7 @@ impl fmt::Display for RobustConfigError {
             Self::Thresholds => "the contradiction threshold must not exceed the confirmation one",
             Self::Steps => "confidence must rise, and fall by larger steps than agreement on free cells raises it",
             Self::Bounds => {
-                "the lowest confidence must be below the highest, the first between them"
+                "the lowest confidence must be above 0 and below the highest, the first between them"
             }
         })
     }
@@ -135,15 +126,17 @@ impl RobustRules {
     ///
     /// [`RobustConfigError`] names what cannot be.
     pub const fn try_new(config: RobustConfig) -> Result<Self, RobustConfigError> {
+        let learning = &config.learning;
         if config.contradiction.to_bits() > config.confirmation.to_bits() {
             Err(RobustConfigError::Thresholds)
-        } else if config.raise.to_bits() == 0
-            || config.lower.to_bits() <= config.raise_free.to_bits()
+        } else if learning.raise.to_bits() == 0
+            || learning.lower.to_bits() <= learning.raise_free.to_bits()
         {
             Err(RobustConfigError::Steps)
-        } else if config.floor.to_bits() >= config.ceiling.to_bits()
-            || config.start.to_bits() < config.floor.to_bits()
-            || config.start.to_bits() > config.ceiling.to_bits()
+        } else if learning.floor.to_bits() == 0
+            || learning.floor.to_bits() >= learning.ceiling.to_bits()
+            || config.start.to_bits() < learning.floor.to_bits()
+            || config.start.to_bits() > learning.ceiling.to_bits()
         {
             Err(RobustConfigError::Bounds)
         } else {
@@ -171,16 +164,6 @@ impl RobustRules {
             Verdict::Contradiction
         } else {
             Verdict::Insignificant
-        }
-    }
-
-    /// How much it raises confidences that a cell and this measurement agree.
-    #[inline]
-    pub(super) fn raise(&self, measurement: Certainty) -> U0F16 {
-        if measurement.deviation() > 0 {
-            self.0.raise
-        } else {
-            self.0.raise_free
         }
     }
 
@@ -318,34 +301,38 @@ mod tests {
             RobustRules::try_new(crossed),
             Err(RobustConfigError::Thresholds)
         );
-        let forgiving = RobustConfig {
-            lower: base.raise_free,
-            ..base
-        };
+        let learns = |learning: Learning| RobustConfig { learning, ..base };
+        let learning = base.learning;
+        let forgiving = learns(Learning {
+            lower: learning.raise_free,
+            ..learning
+        });
         assert_eq!(
             RobustRules::try_new(forgiving),
             Err(RobustConfigError::Steps)
         );
-        let hopeless = RobustConfig {
+        let hopeless = learns(Learning {
             raise: U0F16::ZERO,
-            ..base
-        };
+            ..learning
+        });
         assert_eq!(
             RobustRules::try_new(hopeless),
             Err(RobustConfigError::Steps)
         );
-        let no_room = RobustConfig {
-            ceiling: base.floor,
-            ..base
-        };
+        let no_room = learns(Learning {
+            ceiling: learning.floor,
+            ..learning
+        });
+        let bottomless = learns(Learning {
+            floor: Confidence::NONE,
+            ..learning
+        });
         let below = RobustConfig {
             start: Confidence::NONE,
             ..base
         };
-        assert_eq!(RobustRules::try_new(below), Err(RobustConfigError::Bounds));
-        assert_eq!(
-            RobustRules::try_new(no_room),
-            Err(RobustConfigError::Bounds)
-        );
+        for config in [below, no_room, bottomless] {
+            assert_eq!(RobustRules::try_new(config), Err(RobustConfigError::Bounds));
+        }
     }
 }

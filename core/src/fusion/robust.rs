@@ -5,7 +5,7 @@ use super::grid::{CertaintyGrid, Measurement, Refused, Unfit, zeroed};
 use super::owners::{Owners, owner_bytes};
 use super::{Cell, Geometry, Shape};
 use crate::certainty::Certainty;
-use crate::health::Health;
+use crate::health::{Confidence, Health, Word};
 use crate::sensor::SensorId;
 
 /// A grid that lets sensors check each other, cell by cell, and believes each as far as it agrees.
@@ -142,16 +142,29 @@ where
         let fused = weighted_mean(occ, owner_conf, certainty, sensor_conf);
         *stored = fused.deviation().cast_unsigned();
 
-        let config = self.rules.config();
-        let (verdict, raise) = (self.rules.verdict(comparison), self.rules.raise(certainty));
-        for id in [owner, sensor] {
-            if let Some(health) = sensors.get_mut(id.slot()) {
-                match verdict {
-                    Verdict::Confirmation => health.confirm(raise, config.ceiling),
-                    Verdict::Contradiction => health.contradict(config.lower, config.floor),
-                    Verdict::Insignificant => {}
+        let learning = &self.rules.config().learning;
+        match self.rules.verdict(comparison) {
+            Verdict::Confirmation => {
+                for id in [owner, sensor] {
+                    if let Some(health) = sensors.get_mut(id.slot()) {
+                        health.confirm(Word::of(certainty), learning);
+                    }
                 }
             }
+            Verdict::Contradiction => {
+                let said = [(owner, Word::of(occ)), (sensor, Word::of(certainty))];
+                let believed = said.map(|(id, word)| {
+                    let health = sensors.get(id.slot());
+                    health.map_or(Confidence::NONE, |health| health.confidence_in(word))
+                });
+                let [in_owner, in_sensor] = believed;
+                for ((id, word), other) in said.into_iter().zip([in_sensor, in_owner]) {
+                    if let Some(health) = sensors.get_mut(id.slot()) {
+                        health.contradict(word, other, learning);
+                    }
+                }
+            }
+            Verdict::Insignificant => {}
         }
 
         // contribution, with the new cell.occ
@@ -210,6 +223,7 @@ mod tests {
     use super::super::add_to_grid::RobustConfig;
     use super::super::picture::draw;
     use super::*;
+    use crate::health::{Blame, Stride};
     use crate::units::{Millimeters, Point};
     use proptest::prelude::*;
 
@@ -234,77 +248,111 @@ mod tests {
     }
 
     /// \[001\] Fig. 3 in real numbers, with the integers' rounding of cell.occ and nothing else.
+    ///
+    /// `conf` is what sensors 1 to 3 are believed of, [what they call occupied, what they call free].
     #[derive(Debug)]
     struct Naive {
         occ: f64,
         owner: usize,
-        conf: [f64; 4],
+        conf: [[f64; 2]; 4],
         rules: RobustRules,
     }
 
     impl Naive {
+        /// As [`RobustGrid`] stands: so each step is compared for itself.
+        fn like(grid: &Small, cell: Cell, sensors: &[Health; 3]) -> Self {
+            let mut conf = [[0.0; 2]; 4];
+            for (own, health) in conf[1..].iter_mut().zip(sensors) {
+                *own = [Word::Occupied, Word::Free].map(|word| real(health.confidence_in(word)));
+            }
+            Self {
+                occ: f64::from(grid.certainty(cell).to_bits()) / 256.0,
+                owner: grid.owner(cell).map_or(0, |owner| owner.number().into()),
+                conf,
+                rules: grid.rules,
+            }
+        }
+
         fn add(&mut self, sensor: usize, measurement: f64) {
-            let config = RobustConfigInReals::from(self.rules.config());
             if self.owner == 0 || self.owner == sensor {
                 self.occ = measurement;
                 self.owner = sensor;
                 return;
             }
+            let config = *self.rules.config();
             let comparison = 4.0 * (self.occ - 0.5) * (measurement - 0.5);
-            let weight1 = (self.occ - 0.5).abs() * self.conf[self.owner];
-            let weight2 = (measurement - 0.5).abs() * self.conf[sensor];
+            let least = |id: usize| self.conf[id][0].min(self.conf[id][1]);
+            let weight1 = (self.occ - 0.5).abs() * least(self.owner);
+            let weight2 = (measurement - 0.5).abs() * least(sensor);
             let exact = if weight1 == weight2 {
                 f64::midpoint(self.occ, measurement)
             } else {
                 (self.occ * weight1 + measurement * weight2) / (weight1 + weight2)
             };
+            let said = [
+                (self.owner, usize::from(self.occ <= 0.5)),
+                (sensor, usize::from(measurement <= 0.5)),
+            ];
             self.occ = (exact * 256.0 + 0.5).floor() / 256.0;
-            for id in [self.owner, sensor] {
-                if comparison > config.confirmation {
-                    let raise = if measurement > 0.5 {
-                        config.raise
-                    } else {
-                        config.raise_free
-                    };
-                    self.conf[id] = (self.conf[id] + raise).min(config.ceiling);
+            if comparison > config.confirmation.to_num::<f64>() {
+                for (id, word) in said {
+                    self.agree(id, word);
                 }
-                if comparison < config.contradiction {
-                    self.conf[id] = (self.conf[id] - config.lower).max(config.floor);
+            }
+            if comparison < config.contradiction.to_num::<f64>() {
+                let [a, b] = said.map(|(id, word)| self.conf[id][word]);
+                for ((id, word), (own, other)) in said.into_iter().zip([(a, b), (b, a)]) {
+                    self.disagree(id, word, own, other);
                 }
             }
             let contribution = 4.0 * (self.occ - 0.5) * (measurement - 0.5);
-            self.owner = if contribution > config.contribution {
+            self.owner = if contribution > config.contribution.to_num::<f64>() {
                 sensor
             } else {
                 0
             };
         }
-    }
 
-    struct RobustConfigInReals {
-        confirmation: f64,
-        contradiction: f64,
-        contribution: f64,
-        raise: f64,
-        raise_free: f64,
-        lower: f64,
-        floor: f64,
-        ceiling: f64,
-    }
-
-    impl From<&RobustConfig> for RobustConfigInReals {
-        fn from(config: &RobustConfig) -> Self {
-            Self {
-                confirmation: config.confirmation.to_num(),
-                contradiction: config.contradiction.to_num(),
-                contribution: config.contribution.to_num(),
-                raise: config.raise.to_num(),
-                raise_free: config.raise_free.to_num(),
-                lower: config.lower.to_num(),
-                floor: config.floor.value().to_num(),
-                ceiling: config.ceiling.value().to_num(),
+        fn agree(&mut self, id: usize, word: usize) {
+            let learning = self.rules.config().learning;
+            let step: f64 = [learning.raise, learning.raise_free][word].to_num();
+            let ceiling = real(learning.ceiling);
+            for (of, own) in self.conf[id].iter_mut().enumerate() {
+                if learning.blame == Blame::Alike || word == 0 || of == word {
+                    let whole = match learning.stride {
+                        Stride::Fixed => 1.0,
+                        Stride::Proportional => ceiling - *own,
+                    };
+                    *own = (*own + step * whole).min(ceiling);
+                }
             }
         }
+
+        fn disagree(&mut self, id: usize, word: usize, own: f64, other: f64) {
+            let learning = self.rules.config().learning;
+            let floor = real(learning.floor);
+            // Bayes' rule for who of two is wrong if one is, twice over.
+            let doubt = |confidence: f64| real(Confidence::FULL) - confidence + floor;
+            let wrong = [doubt(own) * other, doubt(other) * own];
+            let share = match learning.blame {
+                Blame::Alike => 1.0,
+                Blame::Shared => 2.0 * wrong[0] / (wrong[0] + wrong[1]),
+            };
+            let step = learning.lower.to_num::<f64>() * share;
+            for (of, own) in self.conf[id].iter_mut().enumerate() {
+                if learning.blame == Blame::Alike || of == word {
+                    let whole = match learning.stride {
+                        Stride::Fixed => 1.0,
+                        Stride::Proportional => *own,
+                    };
+                    *own = (*own - step * whole).max(floor);
+                }
+            }
+        }
+    }
+
+    fn real(confidence: Confidence) -> f64 {
+        confidence.value().to_num()
     }
 
     #[test]
@@ -335,12 +383,14 @@ mod tests {
         // (255 · 127 + 0 · 128) / 255 = 127: a little nearer to free, so sensor 2 contributes.
         assert_eq!(grid.certainty(cell).to_bits(), 127);
         assert_eq!(grid.owner(cell), SensorId::new(2));
-        let lowered = 65_535 - RobustRules::DEFAULT.config().lower.to_bits();
-        assert!(
-            sensors
-                .iter()
-                .all(|health| health.confidence().to_bits() == lowered)
-        );
+        // Each by a 48th, for what it said and for nothing else.
+        for (health, said) in sensors.iter().zip([Word::Occupied, Word::Free]) {
+            let lowered = health.confidence_in(said).to_bits();
+            assert!(lowered.abs_diff(65_535 - 1365) <= 2, "{lowered}");
+            assert_eq!(health.confidence().to_bits(), lowered);
+        }
+        assert_eq!(sensors[0].confidence_in(Word::Free), Confidence::FULL);
+        assert_eq!(sensors[1].confidence_in(Word::Occupied), Confidence::FULL);
         assert!(sensors.iter().all(|health| health.contradictions() == 1));
     }
 
@@ -422,20 +472,20 @@ mod tests {
         ) {
             let letter = RobustRules::try_new(RobustConfig::TO_THE_LETTER).unwrap();
             let rules = if letters { letter } else { RobustRules::DEFAULT };
+            // Fixed steps are exact; parts of a part are rounded down, and a share to 2^-12 of it.
+            let error = if letters { 0.0 } else { 3.0 / 65536.0 };
             let mut grid = with_rules(1, 1, 3, rules);
             let cell = grid.geometry().cell(0, 0).unwrap();
             let mut sensors = [Health::default(); 3];
-            let full = f64::from(u16::MAX) / 65536.0;
-            let mut naive = Naive { occ: 0.5, owner: 0, conf: [full; 4], rules };
             for (number, bits) in run {
+                let mut naive = Naive::like(&grid, cell, &sensors);
                 grid.add(cell, says(number, bits), &mut sensors);
                 naive.add(number.into(), f64::from(bits) / 256.0);
-                prop_assert_eq!(f64::from(grid.certainty(cell).to_bits()) / 256.0, naive.occ);
-                let owner = grid.owner(cell).map_or(0, |owner| usize::from(owner.number()));
-                prop_assert_eq!(owner, naive.owner);
-                for (slot, health) in sensors.iter().enumerate() {
-                    let confidence = health.confidence().value().to_num::<f64>();
-                    prop_assert_eq!(confidence, naive.conf[slot + 1]);
+                let after = Naive::like(&grid, cell, &sensors);
+                prop_assert_eq!(after.occ, naive.occ);
+                prop_assert_eq!(after.owner, naive.owner);
+                for (own, expected) in after.conf.as_flattened().iter().zip(naive.conf.as_flattened()) {
+                    prop_assert!((own - expected).abs() <= error, "{} {}", own, expected);
                 }
             }
         }

@@ -1,9 +1,8 @@
 //! One sensor's record.
 
-use super::{Confidence, HealthRules, Status};
+use super::{Confidence, HealthRules, Learning, Status, Word};
 use crate::transducer::Reading;
 use crate::units::Ticks;
-use fixed::types::U0F16;
 
 /// What is known about one sensor's condition.
 ///
@@ -20,7 +19,8 @@ pub struct Health {
     missing: u32,
     /// The last reading, or when watching began.
     silent_since: Ticks,
-    confidence: Confidence,
+    occupied: Confidence,
+    free: Confidence,
     missing_in_a_row: u16,
     heard_in_a_row: u16,
     watched: bool,
@@ -39,7 +39,8 @@ impl Health {
             readings: 0,
             missing: 0,
             silent_since: Ticks::new(0),
-            confidence,
+            occupied: confidence,
+            free: confidence,
             missing_in_a_row: 0,
             heard_in_a_row: 0,
             watched: false,
@@ -48,10 +49,24 @@ impl Health {
         }
     }
 
-    /// Returns the confidence.
+    /// Returns the confidence: the lesser of those in the sensor's two [`Word`]s, as a sensor is no
+    /// better than the way in which it errs more.
     #[must_use]
     pub const fn confidence(&self) -> Confidence {
-        self.confidence
+        if self.occupied.to_bits() < self.free.to_bits() {
+            self.occupied
+        } else {
+            self.free
+        }
+    }
+
+    /// Returns the confidence in what the sensor says when it says `word`.
+    #[must_use]
+    pub const fn confidence_in(&self, word: Word) -> Confidence {
+        match word {
+            Word::Occupied => self.occupied,
+            Word::Free => self.free,
+        }
     }
 
     /// Returns how many cells the sensor and another one agreed on.
@@ -130,16 +145,19 @@ impl Health {
         }
     }
 
-    /// Records a cell on which another sensor agreed; `inc` of \[001\] Fig. 3.
-    pub const fn confirm(&mut self, step: U0F16, ceiling: Confidence) {
+    /// Records a cell that another sensor called `word` too; `inc` of \[001\] Fig. 3.
+    #[inline]
+    pub const fn confirm(&mut self, word: Word, learning: &Learning) {
         self.confirmations = self.confirmations.saturating_add(1);
-        self.confidence = self.confidence.raised(step, ceiling);
+        (self.occupied, self.free) = learning.agreed((self.occupied, self.free), word);
     }
 
-    /// Records a cell on which another sensor disagreed; `dec` of \[001\] Fig. 3.
-    pub const fn contradict(&mut self, step: U0F16, floor: Confidence) {
+    /// Records a cell that this sensor called `word` and another, with confidence `other` in what it
+    /// said, the opposite; `dec` of \[001\] Fig. 3.
+    #[inline]
+    pub const fn contradict(&mut self, word: Word, other: Confidence, learning: &Learning) {
         self.contradictions = self.contradictions.saturating_add(1);
-        self.confidence = self.confidence.lowered(step, floor);
+        (self.occupied, self.free) = learning.disagreed((self.occupied, self.free), word, other);
     }
 
     /// Draws the conclusion from everything recorded up to `now`.

@@ -60,13 +60,14 @@ pub struct HealthConfig {
 }
 
 impl HealthConfig {
-    /// Half and a quarter of full confidence downwards, three eighths and three quarters upwards;
-    /// three and ten missing readings, ten that came; two seconds of silence.
+    /// A quarter and 0.15 of full confidence downwards, a quarter and a half upwards; three and ten
+    /// missing readings, ten that came; two seconds of silence. The simulator's fault campaign chose
+    /// the confidences.
     pub const DEFAULT: Self = Self {
-        suspect_below: Confidence::from_bits(1 << 15),
-        failed_below: Confidence::from_bits(1 << 14),
-        recovering_from: Confidence::from_bits(3 << 13),
-        healthy_from: Confidence::from_bits(3 << 14),
+        suspect_below: Confidence::from_bits(1 << 14),
+        failed_below: Confidence::from_bits(9830),
+        recovering_from: Confidence::from_bits(1 << 14),
+        healthy_from: Confidence::from_bits(1 << 15),
         suspect_missing: 3,
         failed_missing: 10,
         healthy_heard: 10,

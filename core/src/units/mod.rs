@@ -4,10 +4,12 @@
 //! passed for a distance. All are integers: the same bits come out on every machine.
 
 mod angle;
+mod atan;
 mod length;
 mod place;
 mod ticks;
 
+pub(crate) use angle::fine_sine_q30;
 pub use angle::{BinaryAngle, Direction};
 pub use length::Millimeters;
 pub use place::{Point, Pose};

@@ -70,6 +70,34 @@ impl Point {
     }
 }
 
+impl Point {
+    /// Returns how far it is to `other`, rounded down.
+    ///
+    /// ```
+    /// use certainty_core::units::{Millimeters, Point};
+    ///
+    /// let far = Point::from_mm(1, 2).distance(Point::from_mm(-299, 402));
+    /// assert_eq!(far, Millimeters::new(500));
+    /// ```
+    #[must_use]
+    pub const fn distance(self, other: Self) -> Millimeters {
+        // Differences are at most 2^29, the sum of their squares at most 2^59.
+        let x = (other.x as i64).wrapping_sub(self.x as i64).unsigned_abs();
+        let y = (other.y as i64).wrapping_sub(self.y as i64).unsigned_abs();
+        let square = x.wrapping_mul(x).wrapping_add(y.wrapping_mul(y));
+        Millimeters::new(crate::narrow::low_u32(square.isqrt()))
+    }
+
+    /// Returns the direction in which `other` lies; `None` if it is the same place.
+    ///
+    /// \[004\] eq. 10 in a plane, counter-clockwise from +x.
+    #[must_use]
+    pub const fn bearing(self, other: Self) -> Option<BinaryAngle> {
+        // Both are within 2^28 of the origin.
+        BinaryAngle::towards(other.x.wrapping_sub(self.x), other.y.wrapping_sub(self.y))
+    }
+}
+
 /// One half in the fraction of a [`Direction`].
 const HALF: i64 = 1 << (Direction::FRACTION_BITS - 1);
 

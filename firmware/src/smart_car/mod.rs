@@ -177,8 +177,8 @@ mod tests {
         let grid =
             SmartCarGrid::try_new(SmartCarShape, RobustRules::DEFAULT, SENSORS, cells, [0; 47]);
         assert_eq!(grid.unwrap().memory_bytes(), 187 + 47);
-        // Rules, sensor count and owner width: 20 bytes.
-        assert!(size_of::<SmartCarGrid>() <= 234 + 20);
+        // Rules, sensor count and owner width: 22 bytes.
+        assert!(size_of::<SmartCarGrid>() <= 234 + 22);
         assert_eq!(size_of::<SmartCarShape>(), 0);
         assert_eq!(SmartCarShape.geometry().cells() as usize, CELLS);
     }

@@ -6,6 +6,7 @@
 mod calibrate;
 mod campaign;
 mod compare;
+mod drive;
 mod failure;
 mod health;
 mod jobs;
@@ -16,7 +17,9 @@ mod panels;
 mod progress;
 mod recovery;
 mod replay;
+mod ring;
 mod run;
+
 mod simulate;
 mod table;
 mod table2;
@@ -55,6 +58,10 @@ enum Command {
     Recovery(recovery::Arguments),
     /// The evaluation of [001] Table 2: every method's distance from perfect sensors, beside the paper's
     Table2(table2::Arguments),
+    /// A sonar ring checked against laser scanners and against itself, in an office or recorded: [003]
+    Ring(ring::Arguments),
+    /// A robot drives to its goal while its sensors fail, told of it or finding out: [004]
+    Drive(drive::Arguments),
     /// Measured bytes of infrared sensors: their characteristics, and the errors that are left
     Calibrate(calibrate::Arguments),
     /// A board's telemetry, live: its map, where its sensors look, their health, and what was lost
@@ -81,6 +88,8 @@ pub fn main() -> ExitCode {
             Command::Campaign(arguments) => campaign::run(&arguments),
             Command::Recovery(arguments) => recovery::run(&arguments),
             Command::Table2(arguments) => table2::run(&arguments),
+            Command::Ring(arguments) => ring::run(&arguments),
+            Command::Drive(arguments) => drive::run(&arguments),
             Command::Calibrate(arguments) => calibrate::run(&arguments),
             Command::Monitor(arguments) => monitor::run(&arguments),
         },

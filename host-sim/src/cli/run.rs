@@ -4,7 +4,7 @@ use super::panels::{Mark, Panel, side_by_side};
 use super::table::{row, table};
 use super::{Failure, map_image, output};
 use crate::backend::{self, Backend, BackendError, Heard, MissingCounts, Ran, Received, Sizes};
-use crate::bench::{Bench, BenchFault, BenchSetup};
+use crate::bench::{Bench, BenchFault, BenchSetup, WireFault};
 use crate::experiment::{Crew, Profile, Reference, Score};
 use crate::export::{OutDir, write_grey_png};
 use crate::transducer::{Look, PerfectSensor};
@@ -146,10 +146,20 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         FaultArgument::None => None,
         FaultArgument::Some(fault) => Some(fault.clone()),
     });
+    let faults: Vec<BenchFault> = faults.collect();
+    let is_off = |fault: &BenchFault| {
+        let off = WireFault::ServoOff;
+        matches!(fault, BenchFault::Wire { fault, .. } if *fault == off)
+    };
+    if arguments.on == Backend::Board && faults.iter().any(is_off) {
+        let line = "servo-off: the chip's PWM channels cannot fail; write servo-jammed, \
+                    or --on native or qemu";
+        return Err(Failure::Input(line.into()));
+    }
     let bench = Bench::new(BenchSetup {
         world: Arc::clone(&world),
         crew: Crew::default(),
-        faults: faults.collect(),
+        faults,
         seed: arguments.seed,
     });
     let bench = bench.map_err(|error| Failure::input(&error))?;

@@ -2,6 +2,7 @@
 
 use super::FusionRules;
 use certainty_core::fusion::{RobustConfig, RobustRules};
+use certainty_core::health::Learning;
 use core::str::FromStr;
 use fixed::types::{I2F14, U0F16};
 
@@ -24,9 +25,12 @@ const LETTER: RobustRules = checked(RobustConfig::TO_THE_LETTER);
 const COARSE: RobustRules = checked(RobustConfig {
     confirmation: I2F14::from_bits(1638), // 0.1
     contradiction: I2F14::from_bits(-1638),
-    raise: U0F16::from_bits(1 << 10),
-    raise_free: U0F16::from_bits(1 << 10),
-    lower: U0F16::from_bits(7 << 10),
+    learning: Learning {
+        raise: U0F16::from_bits(1 << 10),
+        raise_free: U0F16::from_bits(1 << 10),
+        lower: U0F16::from_bits(7 << 10),
+        ..RobustConfig::TO_THE_LETTER.learning
+    },
     ..RobustConfig::TO_THE_LETTER
 });
 
@@ -88,6 +92,7 @@ impl FromStr for Rules {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use certainty_core::health::Blame;
 
     #[test]
     fn names_are_read_back_and_others_refused() {
@@ -100,9 +105,11 @@ mod tests {
     #[test]
     fn only_the_shipped_rules_tell_free_from_occupied_agreement() {
         for rules in [Rules::Letter, Rules::Coarse].map(Rules::robust) {
-            assert_eq!(rules.config().raise, rules.config().raise_free);
+            let learning = rules.config().learning;
+            assert_eq!(learning.raise, learning.raise_free);
+            assert_eq!(learning.blame, Blame::Alike);
         }
-        let shipped = Rules::Shipped.robust();
-        assert!(shipped.config().raise > shipped.config().raise_free);
+        let shipped = Rules::Shipped.robust().config().learning;
+        assert!(shipped.raise > shipped.raise_free);
     }
 }

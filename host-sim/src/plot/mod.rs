@@ -1,7 +1,8 @@
 //! Charts as PNG and SVG, for reports and for the eye.
 //!
 //! [`LineChart`] shows what changes over something, [`BarChart`] compares groups, [`Histogram`]
-//! shows how values are spread. An [`Axis`] is never without its unit. Each chart's `write` puts a
+//! shows how values are spread, [`Plan`] shows places to scale, [`TrackChart`] ways over a
+//! plane. An [`Axis`] is never without its unit. Each chart's `write` puts a
 //! PNG of 1600 × 1000 pixels and an SVG of the same picture in place, whole or not at all.
 //!
 //! Any data give a picture: what is no number is left out, one value gets an axis around it, and no
@@ -19,13 +20,17 @@ mod histogram;
 mod lines;
 mod palette;
 mod picture;
+mod plan;
 mod raster;
 mod svg;
+mod track;
 
 pub use axis::Axis;
 pub use bars::{BarChart, BarSeries};
 pub use histogram::{Histogram, Sample};
 pub use lines::{Line, LineChart, Span};
+pub use plan::{Ink, Layer, Plan};
+pub use track::TrackChart;
 
 #[cfg(test)]
 mod tests;

@@ -20,6 +20,10 @@ pub enum Purpose {
     Choice,
     /// The seeds of an evaluation's runs.
     Repetition,
+    /// Noise of laser scanners.
+    Laser,
+    /// How a robot's wheels slip.
+    Slip,
 }
 
 /// Returns the stream of `sensor`'s `part` for `purpose`, in the run that `seed` names.
@@ -33,6 +37,8 @@ pub fn stream(seed: u64, purpose: Purpose, sensor: u8, part: u32) -> ChaCha8Rng 
         Purpose::Layout => 2,
         Purpose::Choice => 4,
         Purpose::Repetition => 3,
+        Purpose::Laser => 5,
+        Purpose::Slip => 6,
     };
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(purpose << 40 | u64::from(part) << 8 | u64::from(sensor));
@@ -53,6 +59,8 @@ mod tests {
             Purpose::Layout,
             Purpose::Choice,
             Purpose::Repetition,
+            Purpose::Laser,
+            Purpose::Slip,
         ];
         for purpose in purposes {
             for sensor in [0, 1, 255] {

@@ -15,8 +15,8 @@ mod file;
 mod obstacle;
 mod random;
 
-pub use builtin::SMART_CAR;
-pub use obstacle::{Obstacle, ObstacleError};
+pub use builtin::{OFFICE, SMART_CAR};
+pub use obstacle::{Obstacle, ObstacleError, Shape};
 pub use random::{Layout, LayoutError};
 
 use certainty_core::units::{BinaryAngle, Direction, Millimeters, Point};
@@ -92,6 +92,50 @@ impl World {
             .filter_map(|obstacle| obstacle.entered_by(from, along))
             .min_by(f64::total_cmp)?;
         (nearest <= f64::from(within.get())).then_some(nearest)
+    }
+
+    /// Tells whether the straight way from one place to another is free; its last half millimetre may
+    /// touch what it leads to.
+    ///
+    /// Units: millimetres, as coordinates are written.
+    #[must_use]
+    pub fn free_between(&self, from: (f64, f64), to: (f64, f64)) -> bool {
+        let start = Vector {
+            x: from.0,
+            y: from.1,
+        };
+        let way = Vector { x: to.0, y: to.1 }.minus(start);
+        let length = way.length();
+        if length == 0.0 {
+            return true;
+        }
+        let along = Vector {
+            x: way.x / length,
+            y: way.y / length,
+        };
+        let entered = self
+            .obstacles
+            .iter()
+            .filter_map(|obstacle| obstacle.entered_by(start, along));
+        entered
+            .min_by(f64::total_cmp)
+            .is_none_or(|first| first >= length - 0.5)
+    }
+
+    /// Tells whether an obstacle covers the place `at`, given as coordinates are written.
+    #[must_use]
+    pub fn covers(&self, at: (f64, f64)) -> bool {
+        let at = Vector { x: at.0, y: at.1 };
+        self.obstacles.iter().any(|obstacle| obstacle.covers(at))
+    }
+
+    /// Returns how far the nearest obstacle is from the square millimetre `at`, the shortest way; `None`
+    /// on an open plane.
+    #[must_use]
+    pub fn clearance(&self, at: Point) -> Option<f64> {
+        let obstacles = self.obstacles.iter();
+        let clearances = obstacles.map(|obstacle| obstacle.clearance(at));
+        clearances.min_by(f64::total_cmp)
     }
 
     /// Tells whether an obstacle covers the centre of the square millimetre `at`.

@@ -26,6 +26,20 @@ enum Outline {
     },
 }
 
+/// The outline of an obstacle as its coordinates say, in millimetres.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Shape {
+    /// The corners of a box or wall, counter-clockwise.
+    Box([(f64, f64); 4]),
+    /// A disc.
+    Disc {
+        /// Its centre.
+        centre: (f64, f64),
+        /// Its radius.
+        radius: f64,
+    },
+}
+
 /// Why an obstacle was refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ObstacleError {
@@ -113,6 +127,32 @@ impl Obstacle {
         }))
     }
 
+    /// Returns the obstacle's outline.
+    #[must_use]
+    pub fn shape(&self) -> Shape {
+        match self.0 {
+            Outline::Box { centre, half, axis } => {
+                let corner = |right: f64, up: f64| {
+                    let (x, y) = (half.x * right, half.y * up);
+                    (
+                        centre.x + axis.x * x - axis.y * y,
+                        centre.y + axis.y * x + axis.x * y,
+                    )
+                };
+                Shape::Box([
+                    corner(-1.0, -1.0),
+                    corner(1.0, -1.0),
+                    corner(1.0, 1.0),
+                    corner(-1.0, 1.0),
+                ])
+            }
+            Outline::Disc { centre, radius } => Shape::Disc {
+                centre: (centre.x, centre.y),
+                radius,
+            },
+        }
+    }
+
     /// Returns how far `at`'s square millimetre is from the obstacle; 0 where that covers it.
     ///
     /// Units: millimetres from the centre of the square to the outline, the shortest way.
@@ -129,6 +169,34 @@ impl Obstacle {
                 .length()
             }
             Outline::Disc { centre, radius } => (at.minus(centre).length() - radius).max(0.0),
+        }
+    }
+
+    /// Returns the corners of its outline, counter-clockwise, in millimetres; of a disc 48 points of it.
+    #[must_use]
+    pub fn outline(&self) -> Vec<(f64, f64)> {
+        match self.0 {
+            Outline::Box { centre, half, axis } => {
+                let corner = |x: f64, y: f64| {
+                    let (x, y) = (x * half.x, y * half.y);
+                    (
+                        centre.x + x * axis.x - y * axis.y,
+                        centre.y + x * axis.y + y * axis.x,
+                    )
+                };
+                vec![
+                    corner(-1.0, -1.0),
+                    corner(1.0, -1.0),
+                    corner(1.0, 1.0),
+                    corner(-1.0, 1.0),
+                ]
+            }
+            Outline::Disc { centre, radius } => (0..48_i32)
+                .map(|part| {
+                    let along = Vector::along(BinaryAngle::from_millidegrees(part * 7500));
+                    (centre.x + radius * along.x, centre.y + radius * along.y)
+                })
+                .collect(),
         }
     }
 

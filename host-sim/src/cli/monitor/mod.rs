@@ -161,7 +161,10 @@ fn listen(
     }
 }
 
-/// Takes bytes until `most` reports have come; returns a line for each report, if wanted.
+/// Takes bytes until `most` reports have come; returns a line for each report and each damage after
+/// the first report, if wanted.
+///
+/// Before it there is only damage: whether the input is telemetry at all is not known yet.
 fn take(bytes: &[u8], session: &mut Session, most: u64, wanted: bool) -> String {
     let mut lines = String::new();
     for &byte in bytes {
@@ -170,6 +173,7 @@ fn take(bytes: &[u8], session: &mut Session, most: u64, wanted: bool) -> String 
         }
         if let Some(heard) = session.take(byte)
             && wanted
+            && session.tally().frames > 0
         {
             lines += &line(&heard, session);
         }

@@ -47,7 +47,7 @@ fn report(report: &Report, session: &Session) -> String {
             let [confidence, confirmed, contradicted, missing, status] =
                 HealthReport::from(health).cells();
             format!(
-                "sensor {} is {status}: confidence {confidence}, {confirmed} confirmed, \
+                "sensor {} is {status} ({confidence}): {confirmed} confirmed, \
                  {contradicted} contradicted, {missing} missing",
                 health.sensor
             )

@@ -240,10 +240,13 @@ fn the_counts_draw_the_same_run_while_both_are_faulty() {
 #[test]
 fn other_rules_draw_another_figure() {
     use certainty_core::fusion::{RobustConfig, RobustRules};
+    use certainty_core::health::Learning;
     use fixed::types::U0F16;
     let config = RobustConfig {
-        raise: U0F16::from_bits(1 << 9),
-        lower: U0F16::from_bits(7 << 9),
+        learning: Learning {
+            lower: U0F16::from_bits(1 << 12),
+            ..RobustConfig::DEFAULT.learning
+        },
         ..RobustConfig::DEFAULT
     };
     let fusion = FusionRules {

@@ -1,0 +1,101 @@
+//! How much of what lies ahead is seen by sensors that can be believed.
+
+use super::motion::{bounded, scaled};
+use super::{PerRangefinder, Signal};
+
+/// What each sensor sees of what lies ahead, and how much must be seen.
+///
+/// \[004\] has no such rule in its simulations; in its experiments it drove slower by hand, "especially
+/// in case of laser scanner failure" (§5).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct CoverageConfig {
+    /// What each rangefinder sees, of all that a robot at full speed must.
+    #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
+    pub rangefinders: PerRangefinder<Signal>,
+    /// What the scanner sees.
+    #[cfg_attr(feature = "defmt", defmt(Display2Format))]
+    pub scanner: Signal,
+    /// The robot stands still where less than this is seen.
+    #[cfg_attr(feature = "defmt", defmt(Display2Format))]
+    pub least: Signal,
+}
+
+/// How much of what lies ahead is seen: 1 is enough for full speed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Coverage(#[cfg_attr(feature = "defmt", defmt(Display2Format))] Signal);
+
+impl Coverage {
+    /// Returns what sensors see of which so much is left: 1 less their failure, 0 of a sensor that is
+    /// silent.
+    ///
+    /// Formula: Σ seen · left, at most 1.
+    #[must_use]
+    pub fn of(config: &CoverageConfig, left: &PerRangefinder<Signal>, scanner: Signal) -> Self {
+        let first = scaled(scanner, config.scanner);
+        let parts = config.rangefinders.iter().zip(left);
+        let sum = parts.fold(first, |sum, (&sees, &left)| {
+            sum.saturating_add(scaled(left, sees))
+        });
+        Self(bounded(sum, Signal::ZERO, Signal::ONE))
+    }
+
+    /// Returns the part, 0..=1.
+    #[must_use]
+    pub const fn part(self) -> Signal {
+        self.0
+    }
+
+    /// Returns the fastest that is allowed: as much of full speed as is seen, nothing below the least.
+    #[must_use]
+    pub fn fastest(self, config: &CoverageConfig) -> Signal {
+        if self.0 < config.least {
+            Signal::ZERO
+        } else {
+            self.0
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn config() -> CoverageConfig {
+        CoverageConfig {
+            rangefinders: [0.25, 0.125, 0.0, 0.0, 0.125, 0.25].map(Signal::from_num),
+            scanner: Signal::ONE,
+            least: Signal::lit("0.25"),
+        }
+    }
+
+    fn fastest(left: [f64; 6], scanner: f64) -> f64 {
+        let coverage = Coverage::of(
+            &config(),
+            &left.map(Signal::from_num),
+            Signal::from_num(scanner),
+        );
+        coverage.fastest(&config()).to_num()
+    }
+
+    /// PEERS: a dead sensor must not stop everything.
+    #[test]
+    fn one_dead_sensor_does_not_stop_the_robot() {
+        for dead in 0..6 {
+            let mut left = [1.0; 6];
+            left[dead] = 0.0;
+            assert_eq!(fastest(left, 1.0), 1.0, "rangefinder {}", dead + 1);
+        }
+        assert_eq!(fastest([1.0; 6], 0.0), 0.75);
+    }
+
+    #[test]
+    fn too_little_coverage_slows_and_then_stops_it() {
+        assert_eq!(fastest([0.0, 1.0, 1.0, 1.0, 1.0, 1.0], 0.0), 0.5);
+        assert_eq!(fastest([0.0, 1.0, 1.0, 1.0, 1.0, 0.0], 0.0), 0.25);
+        assert_eq!(fastest([0.0, 0.0, 1.0, 1.0, 1.0, 0.0], 0.0), 0.0);
+        assert_eq!(fastest([0.0; 6], 0.0), 0.0);
+        assert_eq!(fastest([0.0; 6], 0.5), 0.5);
+    }
+}

@@ -1,0 +1,229 @@
+//! Pictures of one look around, as the figures of \[003\] show them.
+
+use super::observation::{Judged, Observation, Situation};
+use super::{SONARS, sweep::Vectors};
+use crate::export::{ExportError, OutDir};
+use crate::plot::{Axis, BarChart, BarSeries, Ink, Layer, Plan};
+use certainty_core::diagnosis::{
+    Distances, Element, ElementKind, FinePoint, Folded, Path, independent_overlaps,
+};
+use certainty_core::units::BinaryAngle;
+use std::path::PathBuf;
+
+/// Metres of the robot's frame.
+type Place = (f64, f64);
+
+/// Writes the scan with its polygon (figures 1 and 2), the simulated echoes (3), the real ones (4),
+/// where their arcs meet (5), and the three vectors; each as PNG and SVG.
+///
+/// # Errors
+///
+/// [`ExportError`] if a file cannot be put in place.
+pub fn draw(
+    situation: &Situation<'_>,
+    observation: &Observation,
+    judged: &Judged,
+    out: &OutDir,
+) -> Result<Vec<PathBuf>, ExportError> {
+    let mut files = Vec::new();
+    let elements = observation.polygon.elements();
+    let outline = |kind: ElementKind| {
+        let of_kind = elements
+            .iter()
+            .filter(move |element| element.kind() == kind);
+        of_kind.map(line).collect::<Vec<_>>()
+    };
+    let points: Vec<Place> = observation
+        .scan
+        .points()
+        .map(|point| (f64::from(point.x_mm()) / 1e3, f64::from(point.y_mm()) / 1e3))
+        .collect();
+    let layer = |name: &str, ink, runs| Layer {
+        name: name.to_owned(),
+        ink,
+        runs,
+    };
+    let walls = || layer("wall", Ink::Solid, outline(ElementKind::Wall));
+    let pseudo = || {
+        layer(
+            "pseudo line segment",
+            Ink::Dashed,
+            outline(ElementKind::Pseudo),
+        )
+    };
+    let vertices = elements
+        .iter()
+        .map(|element| metres(element.start()))
+        .collect();
+    let scan = Plan {
+        title: "Laser scan and polygon, robot's frame".into(),
+        layers: vec![
+            walls(),
+            pseudo(),
+            layer("vertex", Ink::Marks, vec![vertices]),
+            layer("laser reading", Ink::Dots, vec![points]),
+        ],
+    };
+    files.extend(scan.write(out, "ring-scan")?);
+    let arcs = |distances: &Distances<SONARS>, across: bool| -> Vec<Vec<Place>> {
+        let paths = situation
+            .ring
+            .paths()
+            .filter(|path| (path.order() > 0) == across);
+        paths.map(|path| arc(situation, path, distances)).collect()
+    };
+    let echoes = |title: &str, distances: &Distances<SONARS>| Plan {
+        title: title.to_owned(),
+        layers: vec![
+            walls(),
+            layer("direct echo", Ink::Thin, arcs(distances, false)),
+            layer("cross echo", Ink::Thin, arcs(distances, true)),
+        ],
+    };
+    let simulated = echoes("Echoes simulated from the polygon", &judged.expected);
+    files.extend(simulated.write(out, "ring-simulated")?);
+    let heard = echoes("Echoes heard", &judged.heard);
+    files.extend(heard.write(out, "ring-heard")?);
+    let meetings = Plan {
+        title: "Where independent echoes meet".into(),
+        layers: vec![
+            layer("direct echo", Ink::Thin, arcs(&judged.heard, false)),
+            layer("cross echo", Ink::Thin, arcs(&judged.heard, true)),
+            layer("intersection", Ink::Dots, vec![meetings(situation, judged)]),
+        ],
+    };
+    files.extend(meetings.write(out, "ring-intersections")?);
+    files.extend(vectors(judged).write(out, "ring-vectors")?);
+    Ok(files)
+}
+
+fn metres(place: FinePoint) -> Place {
+    let steps = f64::from(FinePoint::STEPS) * 1e3;
+    (f64::from(place.x()) / steps, f64::from(place.y()) / steps)
+}
+
+fn line(element: &Element) -> Vec<Place> {
+    vec![metres(element.start()), metres(element.end())]
+}
+
+/// An echo's arc as a function of the direction, for drawing: centre, semi-axes and reach.
+struct Curve {
+    middle: f64,
+    offset: f64,
+    ahead: f64,
+    aside: f64,
+    half: f64,
+}
+
+impl Curve {
+    fn of(situation: &Situation<'_>, path: Path, distances: &Distances<SONARS>) -> Option<Self> {
+        let Folded::Distance(distance) = distances.get(path) else {
+            return None;
+        };
+        let ring = situation.ring.config();
+        let spacing = core::f64::consts::TAU / SONARS as f64;
+        let turned = f64::from(path.order()) * spacing / 2.0;
+        let radius = f64::from(ring.radius.get()) / 1e3;
+        let (offset, focal) = (radius * turned.cos(), radius * turned.sin());
+        let ahead = f64::from(distance.get()) / 1e3;
+        let curve = Self {
+            middle: radians(situation.ring.middle(path)),
+            offset,
+            ahead,
+            aside: ahead.hypot(focal),
+            half: 0.0,
+        };
+        // As far as both sonars' cones: their bearing to the place is within half the opening.
+        let opening = (f64::from(ring.opening_millidegrees) / 2e3).to_radians();
+        let inside = |aside: f64| {
+            let r = curve.radius(aside);
+            [-turned, turned].iter().all(|axis| {
+                let (x, y) = (
+                    r * aside.cos() - radius * axis.cos(),
+                    r * aside.sin() - radius * axis.sin(),
+                );
+                let off = y.atan2(x) - axis;
+                off.abs() <= opening + 1e-9
+            })
+        };
+        let steps = (0..=400).map(|step| opening * f64::from(step) / 400.0);
+        let half = steps.take_while(|&aside| inside(aside)).last()?;
+        Some(Self { half, ..curve })
+    }
+
+    /// How far from the robot's middle, `aside` of the arc's own.
+    fn radius(&self, aside: f64) -> f64 {
+        let (sin, cos) = aside.sin_cos();
+        let (a, b, m) = (self.aside, self.ahead, self.offset);
+        let across = (a * cos).powi(2) + (b * sin).powi(2);
+        let under = (across - (m * sin).powi(2)).max(0.0);
+        (a * a * m * cos + a * b * under.sqrt()) / across
+    }
+
+    fn place(&self, aside: f64) -> Place {
+        let (radius, direction) = (self.radius(aside), self.middle + aside);
+        (radius * direction.cos(), radius * direction.sin())
+    }
+}
+
+fn radians(angle: BinaryAngle) -> f64 {
+    f64::from(angle.to_bits()) / 65536.0 * core::f64::consts::TAU
+}
+
+fn arc(situation: &Situation<'_>, path: Path, distances: &Distances<SONARS>) -> Vec<Place> {
+    const STEPS: i32 = 24;
+    let Some(curve) = Curve::of(situation, path, distances) else {
+        return Vec::new();
+    };
+    let steps = -STEPS..=STEPS;
+    steps
+        .map(|step| curve.place(curve.half * f64::from(step) / f64::from(STEPS)))
+        .collect()
+}
+
+/// Where arcs of independent overlaps cross, found by small steps: for the eye.
+fn meetings(situation: &Situation<'_>, judged: &Judged) -> Vec<Place> {
+    const STEPS: i32 = 120;
+    let mut places = Vec::new();
+    for sensor in situation.ring.sensors() {
+        for overlap in independent_overlaps(&situation.ring, sensor) {
+            let curve = |path| Curve::of(situation, path, &judged.heard);
+            let Some((own, other)) = curve(overlap.own).zip(curve(overlap.other)) else {
+                continue;
+            };
+            let turn = core::f64::consts::TAU;
+            let apart = (other.middle - own.middle + turn / 2.0).rem_euclid(turn) - turn / 2.0;
+            let from = (-own.half).max(apart - other.half);
+            let to = own.half.min(apart + other.half);
+            let mut before = None;
+            for step in 0..=STEPS {
+                let at = from + (to - from) * f64::from(step) / f64::from(STEPS);
+                let gap = own.radius(at) - other.radius(at - apart);
+                if from <= to && before.is_some_and(|was: bool| was != (gap > 0.0)) {
+                    places.push(own.place(at));
+                }
+                before = Some(gap > 0.0);
+            }
+        }
+    }
+    places
+}
+
+fn vectors(judged: &Judged) -> BarChart {
+    let vectors = Vectors::of(judged);
+    let bars = |name: &str, values: &[u8]| BarSeries {
+        name: name.to_owned(),
+        values: values.iter().map(|&value| Some(value.into())).collect(),
+        errors: None,
+    };
+    BarChart {
+        title: "Confidence of each sonar".into(),
+        y: Axis::counting("confirmations"),
+        groups: (1..=SONARS).map(|number| number.to_string()).collect(),
+        bars: vec![
+            bars("simulation-based", &vectors.simulation_based),
+            bars("intersection-based", &vectors.intersection_based),
+            bars("overall", &vectors.overall),
+        ],
+    }
+}

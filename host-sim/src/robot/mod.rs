@@ -1,0 +1,28 @@
+//! A robot like the IBIS of \[004\] that drives to a goal among obstacles while its sensors fail.
+//!
+//! | module | is |
+//! |---|---|
+//! | [`body`] | six wheels, skid-steered: lag, slip, what it bumps into |
+//! | [`sensors`] | six rangefinders and a scanner, where they sit and what befalls them |
+//! | [`pilot`] | the control level fed by them, and who tells it what has failed |
+//! | [`course`] | where it drives: the built-in course, random ones, a world file |
+//! | [`drive`] | one run, step by step |
+//! | [`quality`] | \[004\] eq. 17 to 19 |
+//! | [`study`] | many runs: \[004\]'s simulations, and what it leaves as future work |
+//!
+//! The robot knows where it is: \[004\] has a receiver and a compass for that, and their errors are no
+//! subject here.
+
+pub mod body;
+pub mod course;
+pub mod drive;
+pub mod pilot;
+pub mod quality;
+pub mod sensors;
+pub mod study;
+
+pub use body::Body;
+pub use course::Course;
+pub use drive::{Drive, Outcome};
+pub use pilot::{HealthMode, Manner, MapSource};
+pub use quality::Quality;

@@ -1,0 +1,276 @@
+//! Many runs: \[004\]'s simulations 1 to 3, and the failures that its summary leaves as future work.
+
+use super::course::Course;
+use super::drive::Drive;
+use super::pilot::{HealthMode, Manner, MapSource};
+use super::sensors::NAMES;
+use crate::experiment::recovery::Spread;
+use crate::fault::{FaultSpec, SpecError};
+use crate::world::LayoutError;
+use rayon::prelude::{IntoParallelRefIterator, ParallelIterator};
+use serde::Serialize;
+
+/// When the faults of the study begin.
+const FROM: &str = "@2s";
+
+/// What befalls the sensors: kinds of faults of which the robot is not told.
+pub const KINDS: [&str; 3] = ["stuck-far", "stuck-near", "random"];
+
+/// A study, before it is made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Study {
+    /// The first world; the others follow it.
+    pub seed: u64,
+    /// How many random courses every case is driven in.
+    pub worlds: u32,
+    /// What the histogram is made from.
+    pub map: MapSource,
+    /// What of the core's rules is otherwise.
+    pub manner: Manner,
+}
+
+/// What befalls which sensors, and who tells.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Case {
+    /// What the case is called: a simulation's number, or the kind of fault.
+    pub name: &'static str,
+    /// The sensors' names, with a `+` between two; empty where none fails.
+    pub sensors: String,
+    /// How many sensors fail.
+    pub failing: usize,
+    /// Who tells.
+    pub health: HealthMode,
+    /// Whether full speed is allowed however little is seen.
+    pub bold: bool,
+    faults: Vec<String>,
+}
+
+/// One case in one world.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Trial {
+    /// The world's seed.
+    pub world: u64,
+    /// Whether the goal was reached.
+    pub reached: bool,
+    /// How often an obstacle was touched.
+    pub collisions: u32,
+    /// The least clearance, in millimetres.
+    pub min_clearance_mm: f64,
+    /// E, S, `v_M` of \[004\] eq. 17 and 18.
+    pub error: f64,
+    /// S.
+    pub speed_deviation: f64,
+    /// `v_M`.
+    pub mean_speed: f64,
+    /// s, where the goal was reached.
+    pub route_m: Option<f64>,
+    /// T, where the goal was reached.
+    pub time_s: Option<f64>,
+}
+
+/// What the trials of some cases have in common; its fields are a contract.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Summary {
+    /// The simulation or the kind of fault.
+    pub name: String,
+    /// Who failed: sensors' names, or how many.
+    pub failing: String,
+    /// Who tells.
+    pub health_mode: &'static str,
+    /// Whether full speed was allowed however little was seen.
+    pub bold: bool,
+    /// How many runs.
+    pub runs: usize,
+    /// In how many the goal was reached.
+    pub reached: usize,
+    /// How often an obstacle was touched.
+    pub collisions: u64,
+    /// E of all.
+    #[serde(rename = "E")]
+    pub error: Option<Spread>,
+    /// T of those that reached the goal.
+    #[serde(rename = "T")]
+    pub time_s: Option<Spread>,
+    /// S of all.
+    #[serde(rename = "S")]
+    pub speed_deviation: Option<Spread>,
+    /// s of those that reached the goal.
+    #[serde(rename = "s")]
+    pub route_m: Option<Spread>,
+    /// `v_M` of all.
+    #[serde(rename = "v_M")]
+    pub mean_speed: Option<Spread>,
+}
+
+/// A study that cannot be made; never in practice.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum StudyError {
+    /// No world can be made.
+    #[error(transparent)]
+    Layout(#[from] LayoutError),
+    /// A fault is none.
+    #[error(transparent)]
+    Fault(#[from] SpecError),
+}
+
+impl Study {
+    /// Returns \[004\]'s simulations: none failed, FL, the scanner; each as cautious as this robot is and
+    /// as bold as \[004\]'s.
+    #[must_use]
+    pub fn simulations() -> Vec<Case> {
+        let silent = |sensor: &str| vec![format!("dropout:{sensor}=100%")];
+        let mut cases = Vec::new();
+        for bold in [false, true] {
+            for (name, sensor) in [
+                ("simulation 1", ""),
+                ("simulation 2", "FL"),
+                ("simulation 3", "scanner"),
+            ] {
+                cases.push(Case {
+                    name,
+                    sensors: sensor.to_owned(),
+                    failing: usize::from(!sensor.is_empty()),
+                    health: HealthMode::Given,
+                    bold,
+                    faults: if sensor.is_empty() {
+                        Vec::new()
+                    } else {
+                        silent(sensor)
+                    },
+                });
+            }
+        }
+        cases
+    }
+
+    /// Returns every single failure and every pair of each kind, by every way to know of it.
+    #[must_use]
+    pub fn failures() -> Vec<Case> {
+        let mut sets: Vec<Vec<&str>> = NAMES.iter().map(|&name| vec![name]).collect();
+        for (slot, first) in NAMES.iter().enumerate() {
+            sets.extend(NAMES[slot + 1..].iter().map(|second| vec![*first, second]));
+        }
+        let mut cases = Vec::new();
+        for name in KINDS {
+            for sensors in &sets {
+                let faults = sensors
+                    .iter()
+                    .map(|sensor| format!("{name}:{sensor}{FROM}"));
+                let faults: Vec<String> = faults.collect();
+                cases.extend(HealthMode::ALL.map(|health| Case {
+                    name,
+                    sensors: sensors.join("+"),
+                    failing: sensors.len(),
+                    health,
+                    bold: false,
+                    faults: faults.clone(),
+                }));
+            }
+        }
+        cases
+    }
+
+    /// Drives `case` in every world, on as many threads as rayon has; `done` is called once.
+    ///
+    /// # Errors
+    ///
+    /// [`StudyError`], never in practice: a test drives every case.
+    pub fn drive(&self, case: &Case) -> Result<Vec<Trial>, StudyError> {
+        let worlds = 0..u64::from(self.worlds);
+        let seeds: Vec<u64> = worlds
+            .map(|number| self.seed.wrapping_add(number))
+            .collect();
+        seeds
+            .par_iter()
+            .map(|&seed| self.trial(case, seed))
+            .collect()
+    }
+
+    fn trial(&self, case: &Case, seed: u64) -> Result<Trial, StudyError> {
+        let faults: Result<Vec<FaultSpec>, SpecError> =
+            case.faults.iter().map(|fault| fault.parse()).collect();
+        let drive = Drive {
+            course: Course::random(seed)?,
+            faults: faults?,
+            health: case.health,
+            map: self.map,
+            manner: Manner {
+                bold: case.bold || self.manner.bold,
+                ..self.manner
+            },
+            seed,
+        };
+        let outcome = drive.run()?;
+        let quality = outcome.quality;
+        Ok(Trial {
+            world: seed,
+            reached: outcome.reached,
+            collisions: outcome.collisions,
+            min_clearance_mm: outcome.min_clearance_mm,
+            error: quality.error,
+            speed_deviation: quality.speed_deviation,
+            mean_speed: quality.mean_speed,
+            route_m: quality.route_m,
+            time_s: quality.time_s,
+        })
+    }
+}
+
+impl Summary {
+    /// Sums up `trials` of the cases that `name`, `failing`, `health` and `bold` describe.
+    #[must_use]
+    pub fn of(name: &str, failing: &str, health: HealthMode, bold: bool, trials: &[Trial]) -> Self {
+        let spread = |value: &dyn Fn(&Trial) -> Option<f64>| {
+            let values: Vec<f64> = trials.iter().filter_map(value).collect();
+            (!values.is_empty()).then(|| Spread::of(&values))
+        };
+        Self {
+            name: name.to_owned(),
+            failing: failing.to_owned(),
+            health_mode: health.name(),
+            bold,
+            runs: trials.len(),
+            reached: trials.iter().filter(|trial| trial.reached).count(),
+            collisions: trials.iter().map(|trial| u64::from(trial.collisions)).sum(),
+            error: spread(&|trial| Some(trial.error)),
+            time_s: spread(&|trial| trial.time_s),
+            speed_deviation: spread(&|trial| Some(trial.speed_deviation)),
+            route_m: spread(&|trial| trial.route_m),
+            mean_speed: spread(&|trial| Some(trial.mean_speed)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_single_failure_and_every_pair_of_every_kind_is_driven_by_every_mode() {
+        let cases = Study::failures();
+        assert_eq!(cases.len(), (7 + 21) * 3 * 3);
+        let pairs = cases.iter().filter(|case| case.failing == 2).count();
+        assert_eq!(pairs, 21 * 3 * 3);
+        for case in &cases {
+            for fault in &case.faults {
+                assert!(fault.parse::<FaultSpec>().is_ok(), "{fault}");
+            }
+        }
+    }
+
+    #[test]
+    fn threads_change_nothing() {
+        let study = Study {
+            seed: 3,
+            worlds: 3,
+            map: MapSource::Beams,
+            manner: Manner::default(),
+        };
+        let case = &Study::simulations()[0];
+        let on = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+            pool.unwrap().install(|| study.drive(case).unwrap())
+        };
+        assert_eq!(on(1), on(2));
+    }
+}

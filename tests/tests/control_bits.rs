@@ -1,0 +1,52 @@
+//! What the control level costs on a Cortex-M3, and what it must not need.
+
+use certainty_tests::firmware;
+use object::{Object, ObjectSymbol};
+use std::fs;
+
+/// The control level computes in integers: no routine for floats is linked.
+#[test]
+fn nothing_in_the_control_level_is_a_float() {
+    let Some(image) = firmware::image("control_bench") else {
+        return;
+    };
+    let bytes = fs::read(image).unwrap();
+    let file = object::File::parse(&*bytes).unwrap();
+    let names = file.symbols().filter_map(|symbol| symbol.name().ok());
+    let of_floats = |name: &&str| {
+        let routine = name.strip_prefix("__aeabi_").unwrap_or_default();
+        routine.starts_with(['f', 'd']) || routine.contains("2f") || routine.contains("2d")
+    };
+    assert_eq!(names.filter(of_floats).collect::<Vec<_>>(), [""; 0]);
+}
+
+/// The limits are the figures of docs/measurements/2026-11-23-control.md and a fifth more or less.
+#[test]
+fn a_control_step_takes_the_instructions_that_are_written_down() {
+    let Some(image) = firmware::image("control_bench").filter(|_| firmware::qemu_is_there()) else {
+        return;
+    };
+    let ran = firmware::counted(&image);
+    assert_eq!(ran.code, Some(0), "{ran:?}");
+    let printed = format!("{}{}", ran.stdout, ran.stderr);
+    for (scene, expected) in [
+        ("open", 9339),
+        ("a post ahead", 32_962),
+        ("walls all around", 155_988),
+    ] {
+        let line = printed
+            .lines()
+            .find(|line| line.starts_with(&format!("{scene}: step ")));
+        let words: Vec<&str> = line
+            .unwrap_or_else(|| panic!("{printed}"))
+            .split(' ')
+            .collect();
+        let number = words.iter().position(|word| *word == "step").unwrap() + 1;
+        let instructions: u32 = words[number].parse().unwrap();
+        let (least, most) = (expected * 4 / 5, expected * 6 / 5);
+        assert!(
+            (least..=most).contains(&instructions),
+            "{scene}: {instructions}"
+        );
+    }
+}

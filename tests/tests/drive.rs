@@ -1,0 +1,195 @@
+//! `certainty drive`: the contract, the simulations of \[004\], and what the diagnosis is worth.
+
+use certainty_tests::program::{Ran, command, keys, run};
+use core::time::Duration;
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// Runs `certainty drive` with these arguments in `folder`.
+fn drive(folder: &Path, arguments: &str) -> Ran {
+    let all = format!("drive {arguments}");
+    run(command(folder, all.split_whitespace()), PATIENCE)
+}
+
+fn document(arguments: &str) -> Value {
+    let folder = tempfile::tempdir().unwrap();
+    let ran = drive(folder.path(), &format!("--json {arguments}"));
+    assert_eq!(ran.code, Some(0), "{ran:?}");
+    serde_json::from_str(&ran.stdout).unwrap()
+}
+
+fn whats(document: &Value) -> Vec<&str> {
+    let events = document["events"].as_array().unwrap();
+    events
+        .iter()
+        .map(|event| event["what"].as_str().unwrap())
+        .collect()
+}
+
+#[test]
+fn json_has_exactly_the_keys_of_the_contract() {
+    let document = document("--health given");
+    let expected = [
+        "E",
+        "S",
+        "collisions",
+        "events",
+        "health_mode",
+        "min_clearance_mm",
+        "reached",
+        "s",
+        "time_s",
+        "v_M",
+    ];
+    assert_eq!(keys(&document), expected);
+    assert_eq!(keys(&document["events"][0]), ["time_s", "what"]);
+    assert_eq!(document["health_mode"], "given");
+}
+
+#[test]
+fn with_sound_sensors_the_goal_of_the_built_in_course_is_reached() {
+    let document = document("");
+    assert_eq!(document["reached"], true);
+    assert_eq!(document["collisions"], 0);
+    assert!(document["min_clearance_mm"].as_f64().unwrap() > 0.0);
+    let time = document["time_s"].as_f64().unwrap();
+    // 9.5 m at 1 m/s at the best, T_max at the worst.
+    assert!((9.5..100.0).contains(&time), "{time}");
+    assert!(document["s"].as_f64().unwrap() >= 9.4);
+    assert_eq!(whats(&document).last(), Some(&"goal reached"));
+}
+
+#[test]
+fn without_its_scanner_it_still_gets_there_and_slows_and_says_so() {
+    let document = document("--fail scanner --health given");
+    assert_eq!(document["reached"], true);
+    let slows = "slows: too little ahead is seen by sensors that are believed";
+    assert!(whats(&document).contains(&slows));
+}
+
+#[test]
+fn with_every_sensor_failed_it_stands() {
+    let all = "--fail FL --fail OL --fail SL --fail SR --fail OR --fail FR --fail scanner";
+    let document = document(&format!("{all} --health given"));
+    assert_eq!(document["reached"], false);
+    assert_eq!(
+        (&document["time_s"], &document["s"]),
+        (&Value::Null, &Value::Null)
+    );
+    assert_eq!(
+        (&document["v_M"], &document["collisions"]),
+        (&0.0.into(), &0.into())
+    );
+    // 10 m away for 100 s: 10² · 100.
+    assert_eq!(document["E"], 10_000.0);
+}
+
+#[test]
+fn one_silent_sensor_alone_does_not_stop_it() {
+    for sensor in ["FL", "OL", "SL", "SR", "OR", "FR", "scanner"] {
+        let document = document(&format!("--fail {sensor}"));
+        let blind = "stops: far too little ahead is seen by sensors that are believed";
+        assert!(!whats(&document).contains(&blind), "{sensor}");
+        assert!(document["v_M"].as_f64().unwrap() > 0.0, "{sensor}");
+    }
+}
+
+/// The diagnosis must name the sensor that lies, and nobody told it.
+#[test]
+fn a_scanner_that_sees_nothing_is_found_out() {
+    let faults = "--fault stuck-far:scanner@2s";
+    let told = document(&format!("{faults} --health diagnosed"));
+    assert!(
+        whats(&told).contains(&"scanner: no longer believed"),
+        "{told}"
+    );
+    let ignored = document(&format!("{faults} --health ignored"));
+    assert!(!whats(&ignored).iter().any(|what| what.contains("believed")));
+    let sound = document("--health diagnosed");
+    assert!(
+        !whats(&sound).iter().any(|what| what.contains("no longer")),
+        "{sound}"
+    );
+}
+
+#[test]
+fn obstacles_can_be_seen_in_every_kind_of_map() {
+    for map in ["robust", "bayes"] {
+        let document = document(&format!("--map {map} --health given"));
+        assert_eq!(document["reached"], true, "{map}");
+    }
+}
+
+#[test]
+fn the_same_seed_is_the_same_run_and_another_another() {
+    let run = |seed| document(&format!("--seed {seed}")).to_string();
+    assert_eq!(run(5), run(5));
+    assert_ne!(run(5), run(6));
+}
+
+#[test]
+fn a_run_leaves_its_steps_and_its_charts() {
+    let folder = tempfile::tempdir().unwrap();
+    let ran = drive(folder.path(), "--out there --map robust");
+    assert_eq!(ran.code, Some(0), "{ran:?}");
+    let there = folder.path().join("there");
+    let csv = fs::read_to_string(there.join("drive.csv")).unwrap();
+    assert!(csv.lines().count() > 190);
+    let columns = csv.lines().next().unwrap().split(',').count();
+    assert!(csv.lines().all(|line| line.split(',').count() == columns));
+    for chart in ["drive-track", "drive-speeds", "drive-goal", "drive-angle"] {
+        for kind in ["png", "svg"] {
+            let file = there.join(format!("{chart}.{kind}"));
+            assert!(fs::metadata(&file).unwrap().len() > 1000, "{file:?}");
+        }
+    }
+}
+
+#[test]
+fn bad_input_is_one_line_that_says_what_to_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let inside = "[[box]]\ncenter = [\"0mm\", \"0mm\"]\nsize = [\"1m\", \"1m\"]\n";
+    fs::write(folder.path().join("inside.toml"), inside).unwrap();
+    for (arguments, part) in [
+        ("--fail XX", "write one of FL, OL"),
+        ("--fault stuck-far:XX", "no sensor 'XX'"),
+        ("--fault stuck", "names no sensor"),
+        ("--health known", "use given, diagnosed or ignored"),
+        ("--map grid", "use beams, bayes"),
+        ("--goal 10,0", "has no unit"),
+        ("--world inside.toml", "inside an obstacle"),
+        ("--world missing.toml", "missing.toml"),
+        ("--worlds 3", "--study"),
+        ("--study --fail FL", "--study"),
+    ] {
+        let ran = drive(folder.path(), arguments);
+        assert_eq!(ran.code, Some(2), "{arguments}: {ran:?}");
+        assert_eq!(ran.stdout, "", "{arguments}");
+        assert_eq!(ran.stderr.lines().count(), 1, "{arguments}: {}", ran.stderr);
+        assert!(ran.stderr.contains(part), "{arguments}: {}", ran.stderr);
+    }
+    assert!(!folder.path().join("out").exists());
+}
+
+#[test]
+fn the_study_has_every_case_and_does_not_depend_on_threads() {
+    let study = |jobs| {
+        let folder = tempfile::tempdir().unwrap();
+        let arguments = format!("--study --worlds 1 --seed 2 --json --jobs {jobs}");
+        let ran = drive(folder.path(), &arguments);
+        assert_eq!(ran.code, Some(0), "{ran:?}");
+        let csv = fs::read_to_string(folder.path().join("out/study.csv")).unwrap();
+        (ran.stdout, csv)
+    };
+    let (report, csv) = study(1);
+    assert_eq!((&report, &csv), (&study(2).0, &study(2).1));
+    let report: Value = serde_json::from_str(&report).unwrap();
+    assert_eq!(report["simulations"].as_array().unwrap().len(), 6);
+    // Singles and pairs of three kinds and of all, by three modes.
+    assert_eq!(report["failures"].as_array().unwrap().len(), 2 * 4 * 3);
+    // 6 simulations, 28 sets of sensors by three kinds and three modes, and the header.
+    assert_eq!(csv.lines().count(), 6 + 28 * 3 * 3 + 1);
+}
