@@ -1,4 +1,4 @@
-//! Time: SysTick's interrupt every millisecond, and its counter between them.
+//! Time: `SysTick`'s interrupt every millisecond, and its counter between them.
 
 use certainty_core::units::Ticks;
 use certainty_firmware::board;

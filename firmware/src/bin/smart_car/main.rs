@@ -1,6 +1,6 @@
 //! The Smart Car on an STM32F100RB: the image that is flashed.
 //!
-//! The microcontroller runs on its internal 8 MHz oscillator. SysTick hands over what is due, the main
+//! The microcontroller runs on its internal 8 MHz oscillator. `SysTick` hands over what is due, the main
 //! loop does it and sleeps, USART1 sends the reports, the watchdog is fed once a completed round.
 //! Pins and wiring: `docs/hardware.md`.
 #![no_std]
@@ -27,7 +27,7 @@ fn main() -> ! {
     let (Some(chip), Some(mut core)) = (Peripherals::take(), Core::take()) else {
         SCB::sys_reset()
     };
-    let pins = pins::set_up(chip.RCC, chip.AFIO, (chip.GPIOA, chip.GPIOB, chip.GPIOC));
+    let pins = pins::set_up(chip.RCC, (chip.GPIOA, chip.GPIOB, chip.GPIOC));
     let watchdog = watchdog::Heartbeat::start(chip.IWDG, pins.heartbeat);
     let timer = pulses::Timer::new(chip.TIM3);
     let outbox = serial::start(chip.USART1, &mut core.NVIC);

@@ -12,8 +12,8 @@ use stm32f1xx_hal::gpio::{
     GpioExt, Input, OpenDrain, Output, PB10, PB11, PB12, PB13, PB14, PC0, PC1, PC10, PC11, PC12,
     PinState, PullDown, PushPull,
 };
-use stm32f1xx_hal::pac::{AFIO, GPIOA, GPIOB, GPIOC, RCC};
-use stm32f1xx_hal::rcc::{Enable, RccExt};
+use stm32f1xx_hal::pac::{GPIOA, GPIOB, GPIOC, RCC};
+use stm32f1xx_hal::rcc::RccExt;
 
 any_of! {
     /// Open drain: a GP2D02 takes 3 V at most on its Vin, and pulls it up itself.
@@ -65,13 +65,12 @@ pub(crate) struct Lines {
 
 /// Sets every pin's mode, and starts the clocks of all peripherals that the car uses.
 ///
-/// All stays on the internal 8 MHz oscillator, on which the microcontroller wakes up.
-pub(crate) fn set_up(rcc: RCC, afio: AFIO, ports: (GPIOA, GPIOB, GPIOC)) -> Pins {
+/// All stays on the internal 8 MHz oscillator, on which the microcontroller wakes up, and every
+/// peripheral comes out where it does by itself.
+pub(crate) fn set_up(rcc: RCC, ports: (GPIOA, GPIOB, GPIOC)) -> Pins {
     let mut rcc = rcc.constrain();
     rcc.apb2enr().modify(|_, w| w.usart1en().enabled());
     rcc.apb1enr().modify(|_, w| w.tim3en().enabled());
-    AFIO::enable(&mut rcc);
-    drop(afio); // every peripheral comes out where it does by itself
     let mut a = ports.0.split(&mut rcc);
     let mut b = ports.1.split(&mut rcc);
     let mut c = ports.2.split(&mut rcc);

@@ -1,6 +1,6 @@
 //! The Smart Car's microcontroller, emulated: it runs the image that is flashed, unchanged.
 //!
-//! A Cortex-M3 core with its NVIC and SysTick (the crate `rsemu`), this module's models of the
+//! A Cortex-M3 core with its NVIC and `SysTick` (the crate `rsemu`), this module's models of the
 //! peripherals that the image uses, and devices on its pins ([`Wires`]). Time is the processor's: one
 //! cycle of the 8 MHz oscillator is 125 ns, and the same image with the same devices does the same
 //! thing in the same cycle, every run.
@@ -231,7 +231,7 @@ impl<W: Wires + Send + 'static> EmulatedBoard<W> {
         self.registers = registers;
     }
 
-    /// Sleeps for at most `cycles`, and wakes one cycle before SysTick would; returns how long.
+    /// Sleeps for at most `cycles`, and wakes one cycle before `SysTick` would; returns how long.
     fn sleep(&mut self, cycles: u64) -> u64 {
         let slept = self.core.with_sys(|system| {
             if system.highest_pending().is_some() {

@@ -18,7 +18,7 @@ impl Wires for Bare {
     fn set_pulse(&mut self, _: usize, _: u32, _: u64) {}
 }
 
-/// The vectors up to SysTick's; handlers in the order of their numbers, where there are any.
+/// The vectors up to `SysTick`'s; handlers in the order of their numbers, where there are any.
 fn program(handlers: [u32; 15], code: &[u16]) -> Vec<u8> {
     let mut data = 0x2000_2000_u32.to_le_bytes().to_vec();
     for handler in handlers {
@@ -37,7 +37,7 @@ fn board(image: &[u8]) -> EmulatedBoard<Bare> {
     EmulatedBoard::new(image, Bare).unwrap()
 }
 
-/// Starts a 1 kHz SysTick, turns USART1 on, sleeps for ever; SysTick's handler sends a byte.
+/// Starts a 1 kHz `SysTick`, turns USART1 on, sleeps for ever; `SysTick`'s handler sends a byte.
 fn ticking() -> Vec<u8> {
     let mut handlers = [START; 15];
     handlers[14] = START + 2 * 16; // SysTick
@@ -180,9 +180,9 @@ fn a_reset_that_the_program_asks_for_ends_the_run() {
     assert!(matches!(told, BoardError::Reset { .. }), "{told}");
 }
 
-/// Goes round an IT block whose condition never holds while SysTick interrupts it ever so often.
+/// Goes round an IT block whose condition never holds while `SysTick` interrupts it ever so often.
 ///
-/// Returns what was added up within the block; `handler` is SysTick's.
+/// Returns what was added up within the block; `handler` is `SysTick`'s.
 fn added_in_an_it_block(handler: [u16; 3]) -> u32 {
     let mut handlers = [START; 15];
     handlers[14] = START + 2 * 13;
