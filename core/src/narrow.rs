@@ -17,15 +17,6 @@ pub(crate) const fn wrapping_u16(value: u32) -> u16 {
     value as u16
 }
 
-/// The nearest value of 16 bits.
-pub(crate) const fn saturating_u16(value: u32) -> u16 {
-    if value > u16::MAX as u32 {
-        u16::MAX
-    } else {
-        value as u16
-    }
-}
-
 /// The low 32 bits.
 pub(crate) const fn wrapping_u32(value: i64) -> u32 {
     value as u32
@@ -50,14 +41,5 @@ pub(crate) const fn saturating_i8(value: i64) -> i8 {
         i8::MIN
     } else {
         value as i8
-    }
-}
-
-/// The nearest index; one that a machine of 32 bits cannot have is outside all storage.
-pub(crate) const fn saturating_usize(value: u64) -> usize {
-    if value > usize::MAX as u64 {
-        usize::MAX
-    } else {
-        value as usize
     }
 }
