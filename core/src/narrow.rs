@@ -17,15 +17,6 @@ pub(crate) const fn wrapping_u16(value: u32) -> u16 {
     value as u16
 }
 
-/// The nearest value of 16 bits.
-pub(crate) const fn saturating_u16(value: u32) -> u16 {
-    if value > u16::MAX as u32 {
-        u16::MAX
-    } else {
-        value as u16
-    }
-}
-
 /// The low 32 bits.
 pub(crate) const fn wrapping_u32(value: i64) -> u32 {
     value as u32
