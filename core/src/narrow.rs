@@ -77,12 +77,3 @@ pub(crate) const fn saturating_u8(value: u64) -> u8 {
         value as u8
     }
 }
-
-/// The nearest index; one that a machine of 32 bits cannot have is outside all storage.
-pub(crate) const fn saturating_usize(value: u64) -> usize {
-    if value > usize::MAX as u64 {
-        usize::MAX
-    } else {
-        value as usize
-    }
-}

@@ -62,12 +62,12 @@ impl Field {
 
     /// The part of an owner's number that `low`, the byte it starts in, holds.
     #[inline]
-    const fn from_low(self, low: u8) -> u8 {
+    const fn out_of_low(self, low: u8) -> u8 {
         (low >> self.shift) & self.mask
     }
 
     /// The part that `high`, the byte it reaches into, holds.
-    const fn from_high(self, high: u8) -> u8 {
+    const fn out_of_high(self, high: u8) -> u8 {
         wrapping_u8(((high as u32) << 8) >> self.shift) & self.mask
     }
 
@@ -75,7 +75,7 @@ impl Field {
     #[cold]
     fn read_high(self, packed: &[u8]) -> u8 {
         let high = packed.get(self.byte.wrapping_add(1)).copied();
-        self.from_high(high.unwrap_or(0))
+        self.out_of_high(high.unwrap_or(0))
     }
 }
 
@@ -110,7 +110,7 @@ impl OwnersMut<'_> {
     #[inline]
     pub(super) fn slot(&mut self, cell: Cell) -> Option<Slot<'_>> {
         let field = field(cell, self.bits);
-        let mut number = field.from_low(*self.packed.get(field.byte)?);
+        let mut number = field.out_of_low(*self.packed.get(field.byte)?);
         if field.straddles() {
             number |= field.read_high(self.packed);
         }
@@ -165,7 +165,7 @@ impl<O: AsRef<[u8]> + AsMut<[u8]>> Owners<O> {
     /// The owner of `cell`; `None` if unknown.
     pub(super) fn get(&self, cell: Cell) -> Option<SensorId> {
         let (field, packed) = (field(cell, self.bits), self.packed.as_ref());
-        let low = field.from_low(*packed.get(field.byte)?);
+        let low = field.out_of_low(*packed.get(field.byte)?);
         SensorId::new(low | field.read_high(packed))
     }
 
