@@ -180,12 +180,12 @@ impl<C: Clock, W: Watchdog, const SLOTS: usize, const STATIONS: usize>
         if rounds > 1 || (rounds == 1 && due.slot > slot) {
             // The same slot of the round before is as far back as matters.
             let ended = rounds.wrapping_sub(1);
-            let missed = i64::from(ended)
-                .wrapping_mul(SLOTS as i64)
-                .wrapping_add(i64::from(due.slot))
-                .wrapping_sub(i64::from(slot));
-            let overruns = &mut self.timeliness.overruns;
-            *overruns = overruns.saturating_add(u32::try_from(missed).unwrap_or(u32::MAX));
+            // Forwards, so that the sum is not below zero; beyond 2^32 slots nobody counts.
+            let missed = ended
+                .wrapping_mul(u32::try_from(SLOTS).unwrap_or(u32::MAX))
+                .wrapping_add(due.slot.into())
+                .wrapping_sub(slot.into());
+            self.timeliness.overruns = self.timeliness.overruns.saturating_add(missed);
             self.timeliness.rounds = self.timeliness.rounds.saturating_add(ended);
             self.next = (due.round.wrapping_sub(1), due.slot);
         }
