@@ -71,7 +71,7 @@ pub(crate) fn set_up(rcc: RCC, afio: AFIO, ports: (GPIOA, GPIOB, GPIOC)) -> Pins
     rcc.apb2enr().modify(|_, w| w.usart1en().enabled());
     rcc.apb1enr().modify(|_, w| w.tim3en().enabled());
     AFIO::enable(&mut rcc);
-    drop(afio); // every peripheral comes out where it does by itself
+    let _ours = afio; // every peripheral comes out where it does by itself
     let mut a = ports.0.split(&mut rcc);
     let mut b = ports.1.split(&mut rcc);
     let mut c = ports.2.split(&mut rcc);
