@@ -387,7 +387,8 @@ mod tests {
         let told = [(0, 1), (0, 2), (1, 0), (2, 2), (3, 0), (3, 1)];
         assert_eq!(outcome.skipped, told);
         assert_eq!(outcome.timeliness.overruns, 10);
-        assert_eq!(outcome.timeliness.rounds, 3);
+        // Rounds 0 to 2 went by, and round 3 ends with its slot 2.
+        assert_eq!(outcome.timeliness.rounds, 4);
     }
 
     #[test]
