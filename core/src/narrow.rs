@@ -17,15 +17,6 @@ pub(crate) const fn wrapping_u16(value: u32) -> u16 {
     value as u16
 }
 
-/// The nearest value of 16 bits.
-pub(crate) const fn saturating_u16(value: u32) -> u16 {
-    if value > u16::MAX as u32 {
-        u16::MAX
-    } else {
-        value as u16
-    }
-}
-
 /// The low 32 bits.
 pub(crate) const fn wrapping_u32(value: i64) -> u32 {
     value as u32
@@ -84,14 +75,5 @@ pub(crate) const fn saturating_u8(value: u64) -> u8 {
         u8::MAX
     } else {
         value as u8
-    }
-}
-
-/// The nearest index; one that a machine of 32 bits cannot have is outside all storage.
-pub(crate) const fn saturating_usize(value: u64) -> usize {
-    if value > usize::MAX as u64 {
-        usize::MAX
-    } else {
-        value as usize
     }
 }

@@ -180,12 +180,12 @@ impl<C: Clock, W: Watchdog, const SLOTS: usize, const STATIONS: usize>
         if rounds > 1 || (rounds == 1 && due.slot > slot) {
             // The same slot of the round before is as far back as matters.
             let ended = rounds.wrapping_sub(1);
-            let missed = i64::from(ended)
-                .wrapping_mul(SLOTS as i64)
-                .wrapping_add(i64::from(due.slot))
-                .wrapping_sub(i64::from(slot));
-            let overruns = &mut self.timeliness.overruns;
-            *overruns = overruns.saturating_add(u32::try_from(missed).unwrap_or(u32::MAX));
+            // Forwards, so that the sum is not below zero; beyond 2^32 slots nobody counts.
+            let missed = ended
+                .wrapping_mul(u32::try_from(SLOTS).unwrap_or(u32::MAX))
+                .wrapping_add(due.slot.into())
+                .wrapping_sub(slot.into());
+            self.timeliness.overruns = self.timeliness.overruns.saturating_add(missed);
             self.timeliness.rounds = self.timeliness.rounds.saturating_add(ended);
             self.next = (due.round.wrapping_sub(1), due.slot);
         }
@@ -387,7 +387,8 @@ mod tests {
         let told = [(0, 1), (0, 2), (1, 0), (2, 2), (3, 0), (3, 1)];
         assert_eq!(outcome.skipped, told);
         assert_eq!(outcome.timeliness.overruns, 10);
-        assert_eq!(outcome.timeliness.rounds, 3);
+        // Rounds 0 to 2 went by, and round 3 ends with its slot 2.
+        assert_eq!(outcome.timeliness.rounds, 4);
     }
 
     #[test]

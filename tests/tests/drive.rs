@@ -6,7 +6,8 @@ use serde_json::Value;
 use std::fs;
 use std::path::Path;
 
-const PATIENCE: Duration = Duration::from_secs(120);
+/// The study drives 258 times, on a busy machine too.
+const PATIENCE: Duration = Duration::from_secs(600);
 
 /// Runs `certainty drive` with these arguments in `folder`.
 fn drive(folder: &Path, arguments: &str) -> Ran {
@@ -175,18 +176,12 @@ fn bad_input_is_one_line_that_says_what_to_do() {
 }
 
 #[test]
-fn the_study_has_every_case_and_does_not_depend_on_threads() {
-    let study = |jobs| {
-        let folder = tempfile::tempdir().unwrap();
-        let arguments = format!("--study --worlds 1 --seed 2 --json --jobs {jobs}");
-        let ran = drive(folder.path(), &arguments);
-        assert_eq!(ran.code, Some(0), "{ran:?}");
-        let csv = fs::read_to_string(folder.path().join("out/study.csv")).unwrap();
-        (ran.stdout, csv)
-    };
-    let (report, csv) = study(1);
-    assert_eq!((&report, &csv), (&study(2).0, &study(2).1));
-    let report: Value = serde_json::from_str(&report).unwrap();
+fn the_study_has_every_case() {
+    let folder = tempfile::tempdir().unwrap();
+    let ran = drive(folder.path(), "--study --worlds 1 --seed 2 --json");
+    assert_eq!(ran.code, Some(0), "{ran:?}");
+    let csv = fs::read_to_string(folder.path().join("out/study.csv")).unwrap();
+    let report: Value = serde_json::from_str(&ran.stdout).unwrap();
     assert_eq!(report["simulations"].as_array().unwrap().len(), 6);
     // Singles and pairs of three kinds and of all, by three modes.
     assert_eq!(report["failures"].as_array().unwrap().len(), 2 * 4 * 3);

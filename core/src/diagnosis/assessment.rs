@@ -3,7 +3,7 @@
 use super::confidence::{RingRules, intersection_based, simulation_based};
 use super::distances::Distances;
 use super::ring::Ring;
-use crate::health::{Confidence, Health, HealthRules, Word};
+use crate::health::{Health, HealthRules, Word};
 use crate::sensor::SensorId;
 use crate::units::Ticks;
 use core::fmt;
@@ -191,11 +191,12 @@ impl<const SENSORS: usize> Monitor<SENSORS> {
     ) {
         let learning = self.rules.learning();
         for (verdict, health) in assessment.verdicts.iter().zip(health) {
-            // A verdict is about all that the sonar says; the vectors hold who contradicts it.
+            // The other side is the rest of the ring, of which no record is kept.
+            let ring = &mut Health::default();
             if verdict.is_faulty() {
-                health.contradict(Word::Occupied, Confidence::FULL, &learning);
+                Health::contradict([health, ring], [Word::Occupied, Word::Free], &learning);
             } else {
-                health.confirm(Word::Occupied, &learning);
+                Health::confirm([health, ring], Word::Occupied, &learning);
             }
             health.settle(health_rules, now);
         }

@@ -1,8 +1,9 @@
 //! The arithmetic of `AddToGrid` (\[001\] Fig. 3), in integers.
 
-use crate::certainty::Certainty;
-use crate::health::{Blame, Confidence, Health, Learning, Stride};
+use super::grid::Measurement;
+use crate::health::{Blame, Confidence, Health, Learning, Stride, Word};
 use crate::narrow::wrapping_u8;
+use crate::sensor::SensorId;
 use core::fmt;
 use fixed::types::{I2F14, U0F16};
 
@@ -108,14 +109,6 @@ impl fmt::Display for RobustConfigError {
 
 impl core::error::Error for RobustConfigError {}
 
-/// What a comparison of a cell with a new measurement meant.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Verdict {
-    Confirmation,
-    Contradiction,
-    Insignificant,
-}
-
 impl RobustRules {
     /// The rules of [`RobustConfig::DEFAULT`].
     pub const DEFAULT: Self = Self(RobustConfig::DEFAULT);
@@ -155,27 +148,68 @@ impl RobustRules {
     pub const fn first_health(&self) -> Health {
         Health::new(self.0.start)
     }
-
-    #[inline]
-    pub(super) fn verdict(&self, comparison: I2F14) -> Verdict {
-        if comparison > self.0.confirmation {
-            Verdict::Confirmation
-        } else if comparison < self.0.contradiction {
-            Verdict::Contradiction
-        } else {
-            Verdict::Insignificant
-        }
-    }
-
-    #[inline]
-    pub(super) fn contributes(&self, contribution: I2F14) -> bool {
-        contribution > self.0.contribution
-    }
 }
 
 impl Default for RobustRules {
     fn default() -> Self {
         Self::DEFAULT
+    }
+}
+
+/// What one sensor says of some cells, as it meets what others said of them.
+#[derive(Debug)]
+pub(super) struct Voice<'a> {
+    /// The sensor's own record, beside the list until the last cell.
+    own: Health,
+    rules: &'a RobustRules,
+    /// The certainty's deviation.
+    said: i32,
+    sensor: SensorId,
+}
+
+impl<'a> Voice<'a> {
+    #[inline]
+    pub(super) fn new(rules: &'a RobustRules, measurement: Measurement, own: &Health) -> Self {
+        Self {
+            own: *own,
+            rules,
+            said: measurement.certainty.deviation().into(),
+            sensor: measurement.sensor,
+        }
+    }
+
+    /// Meets the word of `owner` in a cell, `stored` as its deviation; returns who owns the cell then.
+    ///
+    /// \[001\] Fig. 3 from the comparison on, in the figure's order. Not generic, so that an image has
+    /// it once, whatever grids it has.
+    pub(super) fn meet(&mut self, stored: &mut u8, owner: &mut Health) -> Option<SensorId> {
+        let Self {
+            own, rules, said, ..
+        } = self;
+        let (RobustRules(config), said) = (rules, *said);
+        let occ = i32::from(stored.cast_signed());
+        let comparison = agreement(occ, said);
+        // The mean of two equal values is that value, at any weights: what most cells see, undivided.
+        let mut contribution = comparison;
+        if occ != said {
+            // The confidences are still the old ones here.
+            let fused = weighted_mean(occ, owner.confidence(), said, own.confidence());
+            *stored = wrapping_u8(fused.cast_unsigned());
+            contribution = agreement(fused, said);
+        }
+        if comparison > i32::from(config.confirmation.to_bits()) {
+            Health::confirm([owner, own], Word::of_deviation(said), &config.learning);
+        } else if comparison < i32::from(config.contradiction.to_bits()) {
+            let words = [Word::of_deviation(occ), Word::of_deviation(said)];
+            Health::contradict([owner, own], words, &config.learning);
+        }
+        (contribution > i32::from(config.contribution.to_bits())).then_some(self.sensor)
+    }
+
+    /// Returns the sensor's record, with what it learned.
+    #[inline]
+    pub(super) const fn into_own(self) -> Health {
+        self.own
     }
 }
 
@@ -186,13 +220,12 @@ impl Default for RobustRules {
 ///
 /// Range: −0.992 (free against occupied) to 1 (free and free).
 #[inline]
-pub(super) fn agreement(occ: Certainty, measurement: Certainty) -> I2F14 {
-    let product = i16::from(occ.deviation()).wrapping_mul(measurement.deviation().into());
-    I2F14::from_bits(product)
+const fn agreement(occ: i32, measurement: i32) -> i32 {
+    occ.wrapping_mul(measurement)
 }
 
 /// The new value of a cell: the mean of old value and measurement, each weighted by its distance from
-/// *uncertain* and by its sensor's confidence.
+/// *uncertain* and by its sensor's confidence. All three are deviations.
 ///
 /// Formula (\[001\] Fig. 3): (occ · weight1 + measurement · weight2) / (weight1 + weight2), with
 /// weight = |value − 0.5| · conf; the plain mean where both weights are equal. Rounds to the nearest
@@ -201,22 +234,18 @@ pub(super) fn agreement(occ: Certainty, measurement: Certainty) -> I2F14 {
 /// Range: a weight is at most 128 · 65535, a numerator with its rounding at most 255.5 · 2 of them,
 /// 4 286 513 280, which 32 bits hold.
 #[inline]
-pub(super) fn weighted_mean(
-    occ: Certainty,
-    owner: Confidence,
-    measurement: Certainty,
-    sensor: Confidence,
-) -> Certainty {
-    let weight = |value: Certainty, confidence: Confidence| {
-        u32::from(value.deviation().unsigned_abs()).wrapping_mul(confidence.to_bits().into())
+fn weighted_mean(occ: i32, owner: Confidence, measurement: i32, sensor: Confidence) -> i32 {
+    let weight = |value: i32, confidence: Confidence| {
+        value
+            .unsigned_abs()
+            .wrapping_mul(confidence.to_bits().into())
     };
     let (weight1, weight2) = (weight(occ, owner), weight(measurement, sensor));
-    let (occ, measurement) = (u32::from(occ.to_bits()), u32::from(measurement.to_bits()));
-    // The mean of two equal values is that value, at any weights: what most cells see, undivided.
-    // Equal weights come next, and not only for speed: both may be zero.
-    let mean = if occ == measurement {
-        occ
-    } else if weight1 == weight2 {
+    // As certainties, 0 to 255, so that nothing is negative.
+    let certainty = |deviation: i32| deviation.wrapping_add(128).cast_unsigned();
+    let (occ, measurement) = (certainty(occ), certainty(measurement));
+    // Not only for speed: both may be zero.
+    let mean = if weight1 == weight2 {
         occ.wrapping_add(measurement).wrapping_add(1) >> 1
     } else {
         let total = weight1.wrapping_add(weight2);
@@ -227,7 +256,7 @@ pub(super) fn weighted_mean(
         // Different weights are not both zero.
         sum.checked_div(total).unwrap_or(occ)
     };
-    Certainty::from_bits(wrapping_u8(mean))
+    mean.cast_signed().wrapping_sub(128)
 }
 
 #[cfg(test)]
@@ -257,15 +286,15 @@ mod tests {
             for (occ, measurement) in (0..=u8::MAX).flat_map(|a| (0..=u8::MAX).map(move |b| (a, b)))
             {
                 let mean = weighted_mean(
-                    Certainty::from_bits(occ),
+                    i32::from(occ) - 128,
                     Confidence::from_bits(conf1),
-                    Certainty::from_bits(measurement),
+                    i32::from(measurement) - 128,
                     Confidence::from_bits(conf2),
                 );
                 let naive = naive_mean(occ, conf1, measurement, conf2);
                 assert_eq!(
-                    mean.to_bits(),
-                    naive,
+                    mean + 128,
+                    i32::from(naive),
                     "{occ} at {conf1}, {measurement} at {conf2}"
                 );
             }
@@ -276,8 +305,8 @@ mod tests {
     fn agreement_is_the_figures_for_all_values() {
         for (a, b) in (0..=u8::MAX).flat_map(|a| (0..=u8::MAX).map(move |b| (a, b))) {
             let exact = 4.0 * (f64::from(a) / 256.0 - 0.5) * (f64::from(b) / 256.0 - 0.5);
-            let agreement = agreement(Certainty::from_bits(a), Certainty::from_bits(b));
-            assert_eq!(agreement.to_num::<f64>(), exact);
+            let agreement = agreement(i32::from(a) - 128, i32::from(b) - 128);
+            assert_eq!(f64::from(agreement) / 16_384.0, exact);
         }
     }
 

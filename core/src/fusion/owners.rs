@@ -1,7 +1,7 @@
 //! Who owns each cell, packed to as few bits as the number of sensors takes.
 
 use super::Cell;
-use crate::narrow::{saturating_usize, wrapping_u8};
+use crate::narrow::wrapping_u8;
 use crate::sensor::SensorId;
 
 /// Returns the bits that an owner takes: ⌈log₂(sensors + 1)⌉, *unknown* being one more (\[001\] §7).
@@ -41,16 +41,115 @@ pub(super) struct Owners<O> {
 
 /// Where an owner is: the byte it starts in, how far it is shifted there, and its mask.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Field {
+struct Field {
     byte: usize,
     shift: u32,
-    mask: u16,
+    mask: u8,
 }
 
 impl Field {
+    /// The mask where the owner is, in the low two bytes.
+    #[inline]
+    const fn mask_in_place(self) -> u32 {
+        (self.mask as u32) << self.shift
+    }
+
     /// Whether it reaches into the next byte.
+    #[inline]
     const fn straddles(self) -> bool {
-        self.mask << self.shift > 0xFF
+        self.mask_in_place() > 0xFF
+    }
+
+    /// The part of an owner's number that `low`, the byte it starts in, holds.
+    #[inline]
+    const fn out_of_low(self, low: u8) -> u8 {
+        (low >> self.shift) & self.mask
+    }
+
+    /// The part that `high`, the byte it reaches into, holds.
+    const fn out_of_high(self, high: u8) -> u8 {
+        wrapping_u8(((high as u32) << 8) >> self.shift) & self.mask
+    }
+
+    /// The same for the byte behind this owner's first in `packed`; rare, and so no part of the loop.
+    #[cold]
+    fn read_high(self, packed: &[u8]) -> u8 {
+        let high = packed.get(self.byte.wrapping_add(1)).copied();
+        self.out_of_high(high.unwrap_or(0))
+    }
+}
+
+/// Writes the second byte of `number` where that of `mask` says, behind `byte` in `packed`; rare, and so
+/// no part of the loop.
+#[cold]
+fn write_high(packed: &mut [u8], byte: usize, mask: u32, number: u32) {
+    if let Some(stored) = packed.get_mut(byte.wrapping_add(1)) {
+        let ([_, mask, ..], [_, high, ..]) = (mask.to_le_bytes(), number.to_le_bytes());
+        *stored = (*stored & !mask) | high;
+    }
+}
+
+/// The owners of a grid's cells, for a while of writing.
+#[derive(Debug)]
+pub(super) struct OwnersMut<'a> {
+    bits: u8,
+    packed: &'a mut [u8],
+}
+
+/// An owner's place in storage, looked up once to be read and written.
+#[derive(Debug)]
+pub(super) struct Slot<'a> {
+    field: Field,
+    packed: &'a mut [u8],
+    /// The owner there; `None` if unknown.
+    pub(super) owner: Option<SensorId>,
+}
+
+impl OwnersMut<'_> {
+    /// The place of the owner of `cell`; `None` for a cell of another grid that is none here.
+    #[inline]
+    pub(super) fn slot(&mut self, cell: Cell) -> Option<Slot<'_>> {
+        let field = field(cell, self.bits);
+        let mut number = field.out_of_low(*self.packed.get(field.byte)?);
+        if field.straddles() {
+            number |= field.read_high(self.packed);
+        }
+        Some(Slot {
+            field,
+            packed: self.packed,
+            owner: SensorId::new(number),
+        })
+    }
+}
+
+impl Slot<'_> {
+    /// Makes `owner` the owner there, one of the sensors that there is room for.
+    #[inline]
+    pub(super) fn set(self, owner: Option<SensorId>) {
+        let Self { field, packed, .. } = self;
+        let mask = field.mask_in_place();
+        let number = u32::from(owner.map_or(0, SensorId::number)) << field.shift;
+        if let Some(stored) = packed.get_mut(field.byte) {
+            let ([mask, ..], [low, ..]) = (mask.to_le_bytes(), number.to_le_bytes());
+            *stored = (*stored & !mask) | low;
+        }
+        if field.straddles() {
+            write_high(packed, field.byte, mask, number);
+        }
+    }
+}
+
+/// Where the owner of `cell` is, of owners that take `bits` each.
+#[inline]
+const fn field(cell: Cell, bits: u8) -> Field {
+    // In whole groups of eight cells first: 2^29 groups of 8 bytes are all that 32 bits can count.
+    let (group, rest) = (cell.number() / 8, cell.number() % 8);
+    let rest = rest.wrapping_mul(bits as u32);
+    Field {
+        byte: group.wrapping_mul(bits as u32).wrapping_add(rest / 8) as usize,
+        shift: rest % 8,
+        // 1 to 8 bits.
+        mask: 0xFF_u8 >> (8_u8.wrapping_sub(bits) & 7),
     }
 }
 
@@ -63,46 +162,19 @@ impl<O: AsRef<[u8]> + AsMut<[u8]>> Owners<O> {
         }
     }
 
-    /// Where the owner of `cell` is.
-    #[inline]
-    pub(super) const fn field(&self, cell: Cell) -> Field {
-        // The bits before this owner's: at most 2^32 cells of 8.
-        let position = (cell.number() as u64).wrapping_mul(self.bits as u64);
-        let [low, ..] = position.to_le_bytes();
-        Field {
-            byte: saturating_usize(position / 8),
-            shift: (low % 8) as u32,
-            mask: (1_u16 << (self.bits & 15)).wrapping_sub(1),
-        }
+    /// The owner of `cell`; `None` if unknown.
+    pub(super) fn get(&self, cell: Cell) -> Option<SensorId> {
+        let (field, packed) = (field(cell, self.bits), self.packed.as_ref());
+        let low = field.out_of_low(*packed.get(field.byte)?);
+        SensorId::new(low | field.read_high(packed))
     }
 
-    /// The owner there; `None` if unknown.
+    /// The owners, to be written.
     #[inline]
-    pub(super) fn get(&self, field: Field) -> Option<SensorId> {
-        let packed = self.packed.as_ref();
-        let at = |byte: usize| u16::from(packed.get(byte).copied().unwrap_or(0));
-        let mut window = at(field.byte);
-        if field.straddles() {
-            window |= at(field.byte.wrapping_add(1)) << 8;
-        }
-        SensorId::new(wrapping_u8(((window >> field.shift) & field.mask).into()))
-    }
-
-    /// Makes `owner` the owner there.
-    #[inline]
-    pub(super) fn set(&mut self, field: Field, owner: Option<SensorId>) {
-        let Field { byte, shift, mask } = field;
-        let number = u16::from(owner.map_or(0, SensorId::number)) & mask;
-        let packed = self.packed.as_mut();
-        let [low_mask, high_mask] = (mask << shift).to_le_bytes();
-        let [low, high] = (number << shift).to_le_bytes();
-        if let Some(stored) = packed.get_mut(byte) {
-            *stored = (*stored & !low_mask) | low;
-        }
-        if field.straddles()
-            && let Some(stored) = packed.get_mut(byte.wrapping_add(1))
-        {
-            *stored = (*stored & !high_mask) | high;
+    pub(super) fn open(&mut self) -> OwnersMut<'_> {
+        OwnersMut {
+            bits: self.bits,
+            packed: self.packed.as_mut(),
         }
     }
 
@@ -134,6 +206,21 @@ mod tests {
         }
     }
 
+    /// The byte and the shift as one position in bits, which takes 64 of them.
+    #[test]
+    fn an_owner_is_where_its_bits_add_up_to_in_the_largest_grid_too() {
+        for sensors in [1, 3, 5, 8, 30, 60, 100, 255] {
+            let bits = owner_bits(sensors);
+            let cells = (0..1000).chain(u32::MAX - 1000..=u32::MAX);
+            for number in cells.chain((0..u32::MAX).step_by(999_983)) {
+                let position = u64::from(number) * u64::from(bits);
+                let field = field(Cell::from_index(number), bits);
+                assert_eq!(field.byte as u64, position / 8);
+                assert_eq!(u64::from(field.shift), position % 8);
+            }
+        }
+    }
+
     proptest! {
         #[test]
         fn packed_owners_are_an_array_of_owners(
@@ -144,12 +231,14 @@ mod tests {
             let mut plain = [None; 61];
             for (index, number) in writes {
                 let owner = SensorId::new(number % (sensors.saturating_add(1)).max(1));
-                owners.set(owners.field(Cell::from_index(index)), owner);
+                let mut open = owners.open();
+                open.slot(Cell::from_index(index)).unwrap().set(owner);
                 plain[index as usize] = owner;
             }
             for (index, &owner) in plain.iter().enumerate() {
-                let field = owners.field(Cell::from_index(index as u32));
-                prop_assert_eq!(owners.get(field), owner);
+                let cell = Cell::from_index(index as u32);
+                prop_assert_eq!(owners.get(cell), owner);
+                prop_assert_eq!(owners.open().slot(cell).unwrap().owner, owner);
             }
         }
     }

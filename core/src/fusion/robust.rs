@@ -1,11 +1,11 @@
 //! The robust certainty grid: `AddToGrid`, \[001\] §5 and Fig. 3.
 
-use super::add_to_grid::{RobustRules, Verdict, agreement, weighted_mean};
+use super::add_to_grid::{RobustRules, Voice};
 use super::grid::{CertaintyGrid, Measurement, Refused, Unfit, zeroed};
 use super::owners::{Owners, owner_bytes};
 use super::{Cell, Geometry, Shape};
 use crate::certainty::Certainty;
-use crate::health::{Confidence, Health, Word};
+use crate::health::Health;
 use crate::sensor::SensorId;
 
 /// A grid that lets sensors check each other, cell by cell, and believes each as far as it agrees.
@@ -108,73 +108,9 @@ where
         }
     }
 
-    /// `AddToGrid` of \[001\] Fig. 3, in the figure's order, for a sensor that the grid has room for.
-    #[inline(always)]
-    fn add_to_grid(&mut self, cell: Cell, measurement: Measurement, sensors: &mut [Health]) {
-        let Measurement { sensor, certainty } = measurement;
-        let confidence = |id: SensorId| sensors.get(id.slot()).map(Health::confidence);
-        let (Some(stored), Some(sensor_conf)) = (
-            self.cells.as_mut().get_mut(cell.index()),
-            confidence(sensor),
-        ) else {
-            return;
-        };
-
-        // if (cell.owner = unknown) or (cell.owner = sensor)
-        let field = self.owners.field(cell);
-        let (owner, owner_conf) = match self.owners.get(field) {
-            Some(owner) if owner != sensor => match confidence(owner) {
-                Some(confidence) => (owner, confidence),
-                None => return, // the list was longer when the owner spoke: nobody to compare with
-            },
-            known => {
-                *stored = certainty.deviation().cast_unsigned();
-                if known != Some(sensor) {
-                    self.owners.set(field, Some(sensor));
-                }
-                return;
-            }
-        };
-
-        // comparison, weights and the new cell.occ; the confidences are still the old ones here.
-        let occ = Certainty::from_deviation(stored.cast_signed());
-        let comparison = agreement(occ, certainty);
-        let fused = weighted_mean(occ, owner_conf, certainty, sensor_conf);
-        *stored = fused.deviation().cast_unsigned();
-
-        let learning = &self.rules.config().learning;
-        match self.rules.verdict(comparison) {
-            Verdict::Confirmation => {
-                for id in [owner, sensor] {
-                    if let Some(health) = sensors.get_mut(id.slot()) {
-                        health.confirm(Word::of(certainty), learning);
-                    }
-                }
-            }
-            Verdict::Contradiction => {
-                let said = [(owner, Word::of(occ)), (sensor, Word::of(certainty))];
-                let believed = said.map(|(id, word)| {
-                    let health = sensors.get(id.slot());
-                    health.map_or(Confidence::NONE, |health| health.confidence_in(word))
-                });
-                let [in_owner, in_sensor] = believed;
-                for ((id, word), other) in said.into_iter().zip([in_sensor, in_owner]) {
-                    if let Some(health) = sensors.get_mut(id.slot()) {
-                        health.contradict(word, other, learning);
-                    }
-                }
-            }
-            Verdict::Insignificant => {}
-        }
-
-        // contribution, with the new cell.occ
-        let contributes = self.rules.contributes(agreement(fused, certainty));
-        self.owners.set(field, contributes.then_some(sensor));
-    }
-
     /// Returns who owns the cell's value; `None` is *unknown* (\[001\] §5.1).
     pub fn owner(&self, cell: Cell) -> Option<SensorId> {
-        self.owners.get(self.owners.field(cell))
+        self.owners.get(cell)
     }
 }
 
@@ -195,8 +131,39 @@ where
         measurement: Measurement,
         sensors: &mut [Health],
     ) {
-        if measurement.sensor.number() <= self.sensors {
-            cells.for_each(|cell| self.add_to_grid(cell, measurement, sensors));
+        // `AddToGrid` of \[001\] Fig. 3.
+        let Measurement { sensor, certainty } = measurement;
+        let Some(own) = sensors.get(sensor.slot()) else {
+            return;
+        };
+        if sensor.number() > self.sensors {
+            return;
+        }
+        let mut voice = Voice::new(&self.rules, measurement, own);
+        let (stored, mut owners) = (self.cells.as_mut(), self.owners.open());
+        cells.for_each(|cell| {
+            let Some((stored, slot)) = stored.get_mut(cell.index()).zip(owners.slot(cell)) else {
+                return;
+            };
+            // if (cell.owner = unknown) or (cell.owner = sensor)
+            match slot.owner {
+                Some(owner) if owner != sensor => {
+                    // The list may have been longer when the owner spoke: nobody to compare with then.
+                    if let Some(owner) = sensors.get_mut(owner.slot()) {
+                        slot.set(voice.meet(stored, owner));
+                    }
+                }
+                known => {
+                    *stored = certainty.deviation().cast_unsigned();
+                    if known.is_none() {
+                        slot.set(Some(sensor));
+                    }
+                }
+            }
+        });
+        // No cell that it owns was compared, so that nothing else was written there.
+        if let Some(health) = sensors.get_mut(sensor.slot()) {
+            *health = voice.into_own();
         }
     }
 
@@ -223,7 +190,7 @@ mod tests {
     use super::super::add_to_grid::RobustConfig;
     use super::super::picture::draw;
     use super::*;
-    use crate::health::{Blame, Stride};
+    use crate::health::{Blame, Confidence, Stride, Word};
     use crate::units::{Millimeters, Point};
     use proptest::prelude::*;
 

@@ -1,5 +1,6 @@
 //! A sensor's confidence.
 
+use crate::narrow::wrapping_u16;
 use fixed::types::U0F16;
 
 /// The belief that a sensor is correct: 0 is *appears to be wrong*, 1 *appears to be correct*
@@ -51,29 +52,50 @@ impl Confidence {
     /// beyond; `inc` of \[001\] Fig. 3.
     #[must_use]
     pub const fn raised(self, step: U0F16, ceiling: Self) -> Self {
-        let raised = self.0.saturating_add(step.to_bits());
-        if self.0 > ceiling.0 {
-            self
-        } else if raised > ceiling.0 {
-            ceiling
-        } else {
-            Self(raised)
-        }
+        let (step, missing) = (step.to_bits() as u32, self.missing_to(ceiling));
+        self.up(if step > missing { missing } else { step })
     }
 
     /// Returns the confidence `step` lower, but no lower than `floor`, or unchanged if it is below;
     /// `dec` of \[001\] Fig. 3.
     #[must_use]
     pub const fn lowered(self, step: U0F16, floor: Self) -> Self {
-        let lowered = self.0.saturating_sub(step.to_bits());
-        if self.0 < floor.0 {
-            self
-        } else if lowered < floor.0 {
-            floor
-        } else {
-            Self(lowered)
-        }
+        let (step, room) = (step.to_bits() as u32, self.room_to(floor));
+        self.down(if step > room { room } else { step })
     }
+
+    /// How far below `ceiling` it is, 16 bits; 0 if beyond.
+    #[inline]
+    pub(super) const fn missing_to(self, ceiling: Self) -> u32 {
+        excess(ceiling.0, self.0)
+    }
+
+    /// How far above `floor` it is, 16 bits; 0 if below.
+    #[inline]
+    pub(super) const fn room_to(self, floor: Self) -> u32 {
+        excess(self.0, floor.0)
+    }
+
+    /// The confidence higher by no more than what is missing to the highest.
+    #[inline]
+    pub(super) const fn up(self, step: u32) -> Self {
+        Self(wrapping_u16((self.0 as u32).wrapping_add(step)))
+    }
+
+    /// The confidence lower by no more than itself.
+    #[inline]
+    pub(super) const fn down(self, step: u32) -> Self {
+        Self(wrapping_u16((self.0 as u32).wrapping_sub(step)))
+    }
+}
+
+/// How much `more` is above `less`; 0 if it is not.
+///
+/// Signed, because two instructions then do it.
+#[inline]
+const fn excess(more: u16, less: u16) -> u32 {
+    let difference = (more as i32).wrapping_sub(less as i32);
+    (if difference > 0 { difference } else { 0 }).cast_unsigned()
 }
 
 impl Default for Confidence {

@@ -2,7 +2,6 @@
 
 use super::Confidence;
 use crate::certainty::Certainty;
-use crate::narrow::saturating_u16;
 use fixed::types::U0F16;
 
 /// What a sensor says of a cell, and so the way in which it can be wrong.
@@ -23,7 +22,13 @@ impl Word {
     #[must_use]
     #[inline]
     pub const fn of(certainty: Certainty) -> Self {
-        if certainty.deviation() > 0 {
+        Self::of_deviation(certainty.deviation() as i32)
+    }
+
+    /// The same of a certainty's deviation.
+    #[inline]
+    pub(crate) const fn of_deviation(deviation: i32) -> Self {
+        if deviation > 0 {
             Self::Occupied
         } else {
             Self::Free
@@ -91,111 +96,136 @@ pub struct Learning {
     pub ceiling: Confidence,
 }
 
-impl Learning {
-    /// Returns `confidence` after an agreement that raises it by `step`.
-    #[inline]
-    const fn raised(&self, confidence: Confidence, step: U0F16) -> Confidence {
-        let step = match self.stride {
-            Stride::Fixed => step,
-            Stride::Proportional => {
-                let missing = self.ceiling.to_bits().saturating_sub(confidence.to_bits());
-                part(step, missing)
-            }
-        };
-        confidence.raised(step, self.ceiling)
-    }
+/// How far a sensor is believed, word by word.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub(super) struct Beliefs {
+    pub(super) occupied: Confidence,
+    pub(super) free: Confidence,
+}
 
-    /// Returns the confidences in what is occupied and in what is free after agreeing on `word`.
+impl Beliefs {
     #[inline]
-    pub(super) const fn agreed(
-        &self,
-        (occupied, free): (Confidence, Confidence),
-        word: Word,
-    ) -> (Confidence, Confidence) {
+    const fn of(&mut self, word: Word) -> &mut Confidence {
+        match word {
+            Word::Occupied => &mut self.occupied,
+            Word::Free => &mut self.free,
+        }
+    }
+}
+
+impl Learning {
+    /// Teaches two sensors that they agreed on `word`.
+    #[inline]
+    pub(super) fn agree(&self, sides: [&mut Beliefs; 2], word: Word) {
         let step = match word {
             Word::Occupied => self.raise,
             Word::Free => self.raise_free,
         };
         // What most comparisons are by default: nothing to be learned from.
         if step.to_bits() == 0 {
-            return (occupied, free);
+            return;
         }
-        match (self.blame, word) {
-            (Blame::Shared, Word::Free) => (occupied, self.raised(free, step)),
-            (Blame::Shared, Word::Occupied) | (Blame::Alike, _) => {
-                (self.raised(occupied, step), self.raised(free, step))
+        match self.stride {
+            Stride::Fixed => self.each(sides, word, |confidence| {
+                *confidence = confidence.raised(step, self.ceiling);
+            }),
+            Stride::Proportional => self.each(sides, word, |confidence| {
+                // 16 bits and 16 bits; never more than what is missing.
+                let missing = confidence.missing_to(self.ceiling);
+                let step = u32::from(step.to_bits()).wrapping_mul(missing) >> 16;
+                *confidence = confidence.up(step);
+            }),
+        }
+    }
+
+    /// Teaches two sensors that they contradicted each other, one saying the one word and the other
+    /// the other.
+    #[inline]
+    pub(super) fn disagree(&self, [a, b]: [&mut Beliefs; 2], [of_a, of_b]: [Word; 2]) {
+        match self.blame {
+            Blame::Alike => {
+                let lower = self.lower.to_bits().into();
+                self.each([a, b], Word::Occupied, |confidence| {
+                    *confidence = self.lowered(*confidence, lower);
+                });
+            }
+            Blame::Shared => {
+                let (a, b) = (a.of(of_a), b.of(of_b));
+                let (fall_a, fall_b) = self.falls(*a, *b);
+                *a = self.lowered(*a, fall_a);
+                *b = self.lowered(*b, fall_b);
             }
         }
     }
 
-    /// Returns the confidences after saying `word` where a sensor that is believed as far as `other`
-    /// said the opposite.
+    /// Teaches both sides about what is free and, unless `word` says nothing of it, about what is
+    /// occupied.
     #[inline]
-    pub(super) const fn disagreed(
-        &self,
-        (occupied, free): (Confidence, Confidence),
-        word: Word,
-        other: Confidence,
-    ) -> (Confidence, Confidence) {
-        match (self.blame, word) {
-            (Blame::Alike, _) => (
-                self.lowered(occupied, self.lower),
-                self.lowered(free, self.lower),
-            ),
-            (Blame::Shared, Word::Occupied) => {
-                (self.lowered(occupied, self.fall(occupied, other)), free)
-            }
-            (Blame::Shared, Word::Free) => (occupied, self.lowered(free, self.fall(free, other))),
+    fn each(&self, [a, b]: [&mut Beliefs; 2], word: Word, teach: impl Fn(&mut Confidence)) {
+        teach(&mut a.free);
+        teach(&mut b.free);
+        if word == Word::Occupied || self.blame == Blame::Alike {
+            teach(&mut a.occupied);
+            teach(&mut b.occupied);
         }
     }
 
+    /// The confidence lower by `step` of the stride, 16 bits, and no lower than the floor.
     #[inline]
-    const fn lowered(&self, confidence: Confidence, step: U0F16) -> Confidence {
+    const fn lowered(&self, confidence: Confidence, step: u32) -> Confidence {
         let step = match self.stride {
             Stride::Fixed => step,
-            Stride::Proportional => part(step, confidence.to_bits()),
+            // 16 bits and 16 bits.
+            Stride::Proportional => step.wrapping_mul(confidence.to_bits() as u32) >> 16,
         };
-        confidence.lowered(step, self.floor)
+        let room = confidence.room_to(self.floor);
+        confidence.down(if step > room { room } else { step })
     }
 
-    /// The step down for the side believed as far as `own`, against one believed as far as `other`.
+    /// The steps down for a side believed as far as `a` and for one believed as far as `b`, 16 bits.
     ///
     /// Doubt is 1 − confidence, raised by the floor so that nobody is beyond it: it is never zero, as
-    /// no confidence at the floor or above is. Precision: 2^-12 of the step; one division.
-    const fn fall(&self, own: Confidence, other: Confidence) -> U0F16 {
-        let (wrong, right) = (self.doubt(own), self.doubt(other));
+    /// no confidence at the floor or above is. Precision: 2^-12 of the step; two divisions.
+    #[inline]
+    const fn falls(&self, a: Confidence, b: Confidence) -> (u32, u32) {
         // Each a product of two 16-bit numbers.
-        let own_wrong = wrong.wrapping_mul(other.to_bits() as u32);
-        let other_wrong = right.wrapping_mul(own.to_bits() as u32);
+        let a_wrong = self.doubt(a).wrapping_mul(b.to_bits() as u32);
+        let b_wrong = self.doubt(b).wrapping_mul(a.to_bits() as u32);
         // Half the sum fits 32 bits where the sum may not.
-        let half = (own_wrong >> 1).wrapping_add(other_wrong >> 1);
+        let half = (a_wrong >> 1).wrapping_add(b_wrong >> 1);
+        (self.fall(a_wrong, half), self.fall(b_wrong, half))
+    }
+
+    /// The step down for a side that is wrong in so many of `half` cases, twice over.
+    #[inline]
+    const fn fall(&self, wrong: u32, half: u32) -> u32 {
         // Twice the share, at most 2, in steps of 2^-14.
-        let share = match own_wrong.checked_div(half >> 14) {
+        let share = match wrong.checked_div(half >> 14) {
             Some(share) if share < 2 << 14 => share,
-            _ if own_wrong == 0 => 1 << 14,
+            None if wrong == 0 => 1 << 14,
             _ => 2 << 14,
         };
         // 16 bits and 16 bits.
-        let fall = (self.lower.to_bits() as u32).wrapping_mul(share) >> 14;
-        U0F16::from_bits(saturating_u16(fall))
+        let fall = (self.lower.to_bits() as u32).wrapping_mul(share);
+        let fall = fall.cast_signed() >> 14;
+        if fall > u16::MAX as i32 {
+            u16::MAX as u32
+        } else {
+            fall.cast_unsigned()
+        }
     }
 
+    #[inline]
     const fn doubt(&self, confidence: Confidence) -> u32 {
-        let certain = confidence.to_bits().saturating_sub(self.floor.to_bits());
-        u16::MAX.saturating_sub(certain) as u32
+        (u16::MAX as u32).wrapping_sub(confidence.room_to(self.floor))
     }
-}
-
-/// `step` of `bits`, rounded down.
-const fn part(step: U0F16, bits: u16) -> U0F16 {
-    // 16 bits and 16 bits; what is left after the shift are 16.
-    let product = (step.to_bits() as u32).wrapping_mul(bits as u32);
-    U0F16::from_bits(saturating_u16(product >> 16))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
 
     const SHARED: Learning = Learning {
         raise: U0F16::from_bits(1 << 14),
@@ -206,6 +236,38 @@ mod tests {
         floor: Confidence::from_bits(1 << 10),
         ceiling: Confidence::FULL,
     };
+
+    fn beliefs((occupied, free): (Confidence, Confidence)) -> Beliefs {
+        Beliefs { occupied, free }
+    }
+
+    /// What one side takes from an agreement; the other side does not count.
+    fn agreed(rules: &Learning, pair: (Confidence, Confidence), word: Word) -> Beliefs {
+        let (mut own, mut other) = (beliefs(pair), beliefs(pair));
+        rules.agree([&mut own, &mut other], word);
+        assert_eq!(own, other);
+        own
+    }
+
+    /// What one side takes from a contradiction by one that is believed as far as `other`.
+    fn disagreed(
+        rules: &Learning,
+        pair: (Confidence, Confidence),
+        word: Word,
+        other: Confidence,
+    ) -> Beliefs {
+        let opposite = match word {
+            Word::Occupied => Word::Free,
+            Word::Free => Word::Occupied,
+        };
+        let (mut own, mut other) = (beliefs(pair), beliefs((other, other)));
+        rules.disagree([&mut own, &mut other], [word, opposite]);
+        own
+    }
+
+    fn fall(own: Confidence, other: Confidence) -> u16 {
+        u16::try_from(SHARED.falls(own, other).0).unwrap()
+    }
 
     fn confidences() -> impl Iterator<Item = u16> + Clone {
         (1 << 10..=u16::MAX).step_by(251).chain([u16::MAX])
@@ -222,12 +284,12 @@ mod tests {
     #[test]
     fn blame_is_shared_as_bayes_rule_says() {
         for (own, other) in confidences().flat_map(|a| confidences().map(move |b| (a, b))) {
-            let fall = SHARED.fall(Confidence::from_bits(own), Confidence::from_bits(other));
+            let fall = fall(Confidence::from_bits(own), Confidence::from_bits(other));
             let exact = 4096.0 * naive_share(own, other, 1 << 10);
-            let error = (f64::from(fall.to_bits()) - exact).abs();
+            let error = (f64::from(fall) - exact).abs();
             assert!(
                 error <= 1.0 + exact / 4096.0,
-                "{own} against {other}: {fall:?}, {exact}"
+                "{own} against {other}: {fall}, {exact}"
             );
         }
     }
@@ -236,21 +298,21 @@ mod tests {
     fn equals_fall_by_one_step_each_and_the_doubted_one_by_more() {
         for bits in confidences() {
             let same = Confidence::from_bits(bits);
-            let fall = SHARED.fall(same, same).to_bits();
+            let fall = fall(same, same);
             assert!(fall.abs_diff(1 << 12) <= 1, "{bits}: {fall}");
         }
         let (trusted, doubted) = (Confidence::from_bits(60_000), Confidence::from_bits(20_000));
-        assert!(SHARED.fall(doubted, trusted).to_bits() > (1 << 12) + 1000);
-        assert!(SHARED.fall(trusted, doubted).to_bits() < (1 << 12) - 1000);
+        assert!(fall(doubted, trusted) > (1 << 12) + 1000);
+        assert!(fall(trusted, doubted) < (1 << 12) - 1000);
     }
 
     #[test]
     fn a_contradiction_teaches_only_what_was_said() {
         let full = (Confidence::FULL, Confidence::FULL);
-        let (occupied, free) = SHARED.disagreed(full, Word::Occupied, Confidence::FULL);
+        let Beliefs { occupied, free } = disagreed(&SHARED, full, Word::Occupied, Confidence::FULL);
         assert!(occupied < Confidence::FULL);
         assert_eq!(free, Confidence::FULL);
-        let (occupied, free) = SHARED.disagreed(full, Word::Free, Confidence::FULL);
+        let Beliefs { occupied, free } = disagreed(&SHARED, full, Word::Free, Confidence::FULL);
         assert_eq!(occupied, Confidence::FULL);
         assert!(free < Confidence::FULL);
     }
@@ -264,12 +326,13 @@ mod tests {
             ..SHARED
         };
         let settle = |start: u16| {
-            let mut pair = (Confidence::from_bits(start), Confidence::FULL);
+            let mut pair = beliefs((Confidence::from_bits(start), Confidence::FULL));
             for _ in 0..2000 {
-                pair = rules.agreed(pair, Word::Occupied);
-                pair = rules.disagreed(pair, Word::Occupied, pair.0);
+                pair = agreed(&rules, (pair.occupied, pair.free), Word::Occupied);
+                let same = (pair.occupied, pair.free);
+                pair = disagreed(&rules, same, Word::Occupied, pair.occupied);
             }
-            f64::from(pair.0.to_bits()) / 65_536.0
+            f64::from(pair.occupied.to_bits()) / 65_536.0
         };
         // Up by a 16th of what is missing, down by a 16th of what is there: 15/31 after a fall.
         for start in [1 << 10, 1 << 15, u16::MAX] {
@@ -292,12 +355,157 @@ mod tests {
             };
             for (own, other) in confidences().flat_map(|a| confidences().map(move |b| (a, b))) {
                 let own = Confidence::from_bits(own);
-                let down =
-                    rules.disagreed((own, own), Word::Occupied, Confidence::from_bits(other));
-                let up = rules.agreed((own, own), Word::Occupied);
-                assert!(down.0 >= rules.floor && down.0 <= own);
-                assert!(up.0 <= rules.ceiling && up.0 >= own);
+                let other = Confidence::from_bits(other);
+                let down = disagreed(&rules, (own, own), Word::Occupied, other).occupied;
+                let up = agreed(&rules, (own, own), Word::Occupied).occupied;
+                assert!(down >= rules.floor && down <= own);
+                assert!(up <= rules.ceiling && up >= own);
             }
+        }
+    }
+
+    /// The rules step by step, each sensor and each word for itself, in 64 bits.
+    struct Naive(Learning);
+
+    impl Naive {
+        fn stride(&self, step: u64, whole: u64) -> u64 {
+            match self.0.stride {
+                Stride::Fixed => step,
+                Stride::Proportional => (step * whole) >> 16,
+            }
+        }
+
+        fn teaches(&self, said: Word, of: Word) -> bool {
+            self.0.blame == Blame::Alike || said == of
+        }
+
+        fn raised(&self, bits: u64, step: u64) -> u64 {
+            let ceiling = u64::from(self.0.ceiling.to_bits());
+            let raised = bits + self.stride(step, ceiling.saturating_sub(bits));
+            if bits > ceiling {
+                bits
+            } else {
+                raised.min(ceiling)
+            }
+        }
+
+        fn lowered(&self, bits: u64, step: u64) -> u64 {
+            let floor = u64::from(self.0.floor.to_bits());
+            let lowered = bits.saturating_sub(self.stride(step, bits));
+            if bits < floor {
+                bits
+            } else {
+                lowered.max(floor)
+            }
+        }
+
+        fn agreed(&self, own: [u64; 2], word: Word) -> [u64; 2] {
+            let step = match word {
+                Word::Occupied => self.0.raise,
+                Word::Free => self.0.raise_free,
+            };
+            let step = u64::from(step.to_bits());
+            let both = word == Word::Occupied;
+            [(Word::Occupied, own[0]), (Word::Free, own[1])].map(|(of, bits)| {
+                let taught = both || self.teaches(word, of);
+                if taught {
+                    self.raised(bits, step)
+                } else {
+                    bits
+                }
+            })
+        }
+
+        fn fall(&self, own: u64, other: u64) -> u64 {
+            let lower = u64::from(self.0.lower.to_bits());
+            if self.0.blame == Blame::Alike {
+                return lower;
+            }
+            let floor = u64::from(self.0.floor.to_bits());
+            let doubt = |bits: u64| 65_535 - bits.saturating_sub(floor);
+            let (wrong, right) = (doubt(own) * other, doubt(other) * own);
+            let share = match wrong.checked_div((wrong / 2 + right / 2) >> 14) {
+                Some(share) => share.min(2 << 14),
+                None if wrong == 0 => 1 << 14,
+                None => 2 << 14,
+            };
+            ((lower * share) >> 14).min(65_535)
+        }
+
+        fn disagreed(&self, own: [u64; 2], word: Word, other: u64) -> [u64; 2] {
+            [(Word::Occupied, own[0]), (Word::Free, own[1])].map(|(of, bits)| {
+                if self.teaches(word, of) {
+                    self.lowered(bits, self.fall(bits, other))
+                } else {
+                    bits
+                }
+            })
+        }
+    }
+
+    /// A number of 16 bits, the bounds more often than any other.
+    fn bits() -> impl Strategy<Value = u16> {
+        prop_oneof![
+            4 => any::<u16>(),
+            2 => 0..=3_u16,
+            2 => u16::MAX - 3..=u16::MAX,
+            1 => (1 << 15) - 1..=(1 << 15) + 1_u16,
+        ]
+    }
+
+    fn word() -> impl Strategy<Value = Word> {
+        prop_oneof![Just(Word::Occupied), Just(Word::Free)]
+    }
+
+    fn any_rules() -> impl Strategy<Value = Learning> {
+        let kinds = any::<(bool, bool)>();
+        (kinds, [bits(), bits(), bits(), bits(), bits()]).prop_map(
+            |((fixed, alike), [raise, raise_free, lower, floor, ceiling])| Learning {
+                raise: U0F16::from_bits(raise),
+                raise_free: U0F16::from_bits(raise_free),
+                lower: U0F16::from_bits(lower),
+                stride: if fixed {
+                    Stride::Fixed
+                } else {
+                    Stride::Proportional
+                },
+                blame: if alike { Blame::Alike } else { Blame::Shared },
+                floor: Confidence::from_bits(floor),
+                ceiling: Confidence::from_bits(ceiling),
+            },
+        )
+    }
+
+    fn plain(beliefs: Beliefs) -> [u64; 2] {
+        [beliefs.occupied, beliefs.free].map(|confidence| confidence.to_bits().into())
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(20_000))]
+
+        /// To the last bit, whatever the rules, those that no grid accepts among them.
+        #[test]
+        fn two_sides_learn_at_once_what_each_would_learn_for_itself(
+            rules in any_rules(),
+            confidences in [bits(), bits(), bits(), bits()],
+            words in [word(), word()],
+        ) {
+            let naive = Naive(rules);
+            let [a, b, c, d] = confidences.map(Confidence::from_bits);
+            let (one, two) = (beliefs((a, b)), beliefs((c, d)));
+
+            let (mut own, mut other) = (one, two);
+            rules.agree([&mut own, &mut other], words[0]);
+            prop_assert_eq!(plain(own), naive.agreed(plain(one), words[0]));
+            prop_assert_eq!(plain(other), naive.agreed(plain(two), words[0]));
+
+            let (mut own, mut other) = (one, two);
+            let mut said = [one, two];
+            let [of_one, of_two] =
+                [0, 1].map(|side| u64::from(said[side].of(words[side]).to_bits()));
+            rules.disagree([&mut own, &mut other], words);
+            prop_assert_eq!(plain(own), naive.disagreed(plain(one), words[0], of_two));
+            prop_assert_eq!(plain(other), naive.disagreed(plain(two), words[1], of_one));
         }
     }
 }

@@ -1,6 +1,6 @@
 //! One sensor's record.
 
-use super::{Confidence, HealthRules, Learning, Status, Word};
+use super::{Confidence, HealthRules, Learning, Status, Word, learning::Beliefs};
 use crate::transducer::Reading;
 use crate::units::Ticks;
 
@@ -19,8 +19,7 @@ pub struct Health {
     missing: u32,
     /// The last reading, or when watching began.
     silent_since: Ticks,
-    occupied: Confidence,
-    free: Confidence,
+    beliefs: Beliefs,
     missing_in_a_row: u16,
     heard_in_a_row: u16,
     watched: bool,
@@ -39,8 +38,10 @@ impl Health {
             readings: 0,
             missing: 0,
             silent_since: Ticks::new(0),
-            occupied: confidence,
-            free: confidence,
+            beliefs: Beliefs {
+                occupied: confidence,
+                free: confidence,
+            },
             missing_in_a_row: 0,
             heard_in_a_row: 0,
             watched: false,
@@ -53,10 +54,11 @@ impl Health {
     /// better than the way in which it errs more.
     #[must_use]
     pub const fn confidence(&self) -> Confidence {
-        if self.occupied.to_bits() < self.free.to_bits() {
-            self.occupied
+        let Beliefs { occupied, free } = self.beliefs;
+        if occupied.to_bits() < free.to_bits() {
+            occupied
         } else {
-            self.free
+            free
         }
     }
 
@@ -64,8 +66,8 @@ impl Health {
     #[must_use]
     pub const fn confidence_in(&self, word: Word) -> Confidence {
         match word {
-            Word::Occupied => self.occupied,
-            Word::Free => self.free,
+            Word::Occupied => self.beliefs.occupied,
+            Word::Free => self.beliefs.free,
         }
     }
 
@@ -145,19 +147,21 @@ impl Health {
         }
     }
 
-    /// Records a cell that another sensor called `word` too; `inc` of \[001\] Fig. 3.
+    /// Records a cell that both sensors called `word`; `inc` of \[001\] Fig. 3.
     #[inline]
-    pub const fn confirm(&mut self, word: Word, learning: &Learning) {
-        self.confirmations = self.confirmations.saturating_add(1);
-        (self.occupied, self.free) = learning.agreed((self.occupied, self.free), word);
+    pub fn confirm([a, b]: [&mut Self; 2], word: Word, learning: &Learning) {
+        a.confirmations = a.confirmations.saturating_add(1);
+        b.confirmations = b.confirmations.saturating_add(1);
+        learning.agree([&mut a.beliefs, &mut b.beliefs], word);
     }
 
-    /// Records a cell that this sensor called `word` and another, with confidence `other` in what it
-    /// said, the opposite; `dec` of \[001\] Fig. 3.
+    /// Records a cell that the two sensors called `words`, which contradict each other; `dec` of
+    /// \[001\] Fig. 3.
     #[inline]
-    pub const fn contradict(&mut self, word: Word, other: Confidence, learning: &Learning) {
-        self.contradictions = self.contradictions.saturating_add(1);
-        (self.occupied, self.free) = learning.disagreed((self.occupied, self.free), word, other);
+    pub fn contradict([a, b]: [&mut Self; 2], words: [Word; 2], learning: &Learning) {
+        a.contradictions = a.contradictions.saturating_add(1);
+        b.contradictions = b.contradictions.saturating_add(1);
+        learning.disagree([&mut a.beliefs, &mut b.beliefs], words);
     }
 
     /// Draws the conclusion from everything recorded up to `now`.

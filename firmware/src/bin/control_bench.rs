@@ -1,6 +1,6 @@
 //! One control step on a Cortex-M3 under QEMU: how many instructions it takes.
 //!
-//! Run with `-icount shift=5`: an instruction takes 32 ns of the machine's time, and SysTick counts at 24
+//! Run with `-icount shift=5`: an instruction takes 32 ns of the machine's time, and `SysTick` counts at 24
 //! MHz whatever the firmware sets, so a tick is 1.302 instructions.
 #![no_std]
 #![no_main]
@@ -17,10 +17,10 @@ use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m_semihosting::{debug, hprintln};
 use stm32f1xx_hal as _; // the interrupt vectors
 
-/// The largest count of SysTick.
+/// The largest count of `SysTick`.
 const FULL: u32 = 0x00FF_FFFF;
 
-/// Instructions from SysTick's count, at 32 ns an instruction and 24 MHz.
+/// Instructions from the count of `SysTick`, at 32 ns an instruction and 24 MHz.
 const fn instructions(ticks: u32) -> u32 {
     // 1e9 / 24e6 / 32 = 1.302083… = 125 / 96.
     (ticks.wrapping_mul(125)).wrapping_div(96)

@@ -93,7 +93,6 @@ pub fn answer(answer: Result<u32, Refused>, micros: u32) -> [u8; ANSWER] {
 }
 
 /// Returns the answer that these bytes are, and the time; what is no answer is a refusal.
-#[must_use]
 pub const fn answered(bytes: [u8; ANSWER]) -> (Result<u32, Refused>, u32) {
     let [kind, a, b, c, d, e, f, g, h] = bytes;
     let answer = if kind == YES {

@@ -32,6 +32,7 @@ const APART: BinaryAngle = BinaryAngle::from_millidegrees(30_000);
 /// How long an echo of the car's own sound may linger, in ms: 7 m there and back.
 const FADES_MS: u16 = 45;
 
+#[expect(clippy::panic, reason = "a constant that panics does not build")]
 const fn id(number: u8) -> SensorId {
     match SensorId::new(number) {
         Some(id) => id,
@@ -53,7 +54,7 @@ const fn head(slot: u8) -> Station {
             sweep: SWEEP,
             slot: slot as u16,
             heads: HEADS as u16,
-            settle: whole_ms(SERVO.worst_settling_ms() * 1000),
+            settle: whole_ms(SERVO.worst_settling_ms().saturating_mul(1000)),
         },
         measuring: Measuring::Apart {
             conversion: whole_ms(CONVERSION_US),

@@ -68,7 +68,7 @@ impl<O: Outbox> Sender<O> {
 /// assert!(!whole, "the first map is all cells, in four parts");
 /// reporter.send_health(&map);
 /// reporter.send(&Report::Statistics(Statistics { unsent: reporter.unsent(), ..Statistics::default() }));
-/// # Ok::<(), certainty_core::fusion::GridError>(())
+/// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```
 #[derive(Debug, Clone)]
 pub struct Reporter<O, const CELLS: usize> {

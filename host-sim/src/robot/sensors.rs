@@ -253,11 +253,11 @@ mod tests {
         assert!(near(glance.scan[100], 2000.0 / 50_f64.to_radians().cos()));
         assert!(near(
             glance.rangefinders[0],
-            2000.0 / 12_f64.to_radians().cos()
+            2000.0 / 15_f64.to_radians().cos()
         ));
         assert!(near(
             glance.rangefinders[4],
-            2070.0 / 40_f64.to_radians().cos()
+            2070.0 / 45_f64.to_radians().cos()
         ));
         assert_eq!(glance.rangefinders[2..4], [Reading::NoObject; 2]);
     }

@@ -11,8 +11,7 @@
 //! run. The processor's cycles are `rsemu`'s count, not silicon's: each instruction one or a few, flash
 //! without wait states.
 //!
-//! Memory: a few hundred KiB. Speed: several times real time, as a sleeping processor is skipped to
-//! its next event.
+//! Speed: many times real time, as a sleeping processor is skipped to its next event.
 
 mod bus;
 mod conditional_blocks;
