@@ -1,11 +1,13 @@
 //! The image that is flashed, pin by pin on the emulated board.
 
 use certainty_firmware::remote::Line;
+use certainty_sim::backend::Image;
 use certainty_sim::backend::board::{BoardError, EmulatedBoard};
 use certainty_sim::bench::{Bench, BenchSetup, Wires};
 use certainty_sim::experiment::Crew;
 use certainty_sim::world::World;
 use certainty_tests::firmware;
+use object::{Object, ObjectSegment};
 use std::fs;
 use std::sync::Arc;
 
@@ -211,4 +213,16 @@ fn without_any_device_the_schedule_goes_on() {
     let mut board = EmulatedBoard::new(&image, NoWires).unwrap();
     assert_eq!(board.run_until(10 * ROUND_MS, |_| false), Ok(false));
     assert!(!board.take_serial().is_empty());
+}
+
+#[test]
+fn an_image_takes_of_the_flash_what_a_programmer_writes() {
+    let Some(path) = firmware::image("smart_car") else {
+        return;
+    };
+    let told = Image::load(Some(&path), "smart_car").unwrap().sizes();
+    let bytes = fs::read(path).unwrap();
+    let file = object::File::parse(&*bytes).unwrap();
+    let written = file.segments().map(|segment| segment.file_range().1);
+    assert_eq!(u64::from(told.flash_bytes), written.sum::<u64>());
 }

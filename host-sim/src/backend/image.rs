@@ -105,7 +105,9 @@ fn sizes(file: &object::File<'_>) -> Sizes {
     for section in file.sections() {
         let size = section.size();
         match section.kind() {
-            SectionKind::Text | SectionKind::ReadOnlyData => flash += size,
+            SectionKind::Text | SectionKind::ReadOnlyData | SectionKind::ReadOnlyString => {
+                flash += size;
+            }
             SectionKind::Data => {
                 flash += size;
                 ram += size;
