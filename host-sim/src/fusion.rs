@@ -10,7 +10,7 @@ use certainty_core::certainty::Certainty;
 use certainty_core::control::{PerBeam, scan_of_map};
 use certainty_core::fusion::{
     Accumulated, BayesGrid, Beam, BeamModel, CertaintyGrid, Environment, Geometry, Latest, Mapper,
-    MedianGrid, RobustGrid, RobustRules, Strength, TrimmedGrid, UnknownSensor, owner_bytes,
+    MedianGrid, Middle, RobustGrid, RobustRules, Strength, TrimmedGrid, UnknownSensor, owner_bytes,
 };
 use certainty_core::health::{Health, HealthRules};
 use certainty_core::sensor::SensorId;
@@ -102,6 +102,8 @@ pub struct FusionRules {
     pub own: Own,
     /// The surest that one measurement may be in a sensor's own grid that accumulates.
     pub own_strongest: Strength,
+    /// What it takes of an even number of sensors; the median method.
+    pub middle: Middle,
     /// The surest that one measurement may be; the Bayes method.
     pub strongest: Strength,
     /// Whether that holds; the Bayes method. The others never take a landmark literally.
@@ -118,7 +120,8 @@ impl Default for FusionRules {
     fn default() -> Self {
         Self {
             own: Own::Accumulated,
-            own_strongest: Strength::MEASUREMENT,
+            own_strongest: Strength::OWN,
+            middle: Middle::Higher,
             strongest: Strength::MEASUREMENT,
             landmarks: Landmarks::Bounded,
             robust: RobustRules::DEFAULT,
@@ -182,6 +185,7 @@ impl HostMapper {
         let FusionRules {
             own,
             own_strongest,
+            middle,
             strongest,
             landmarks,
             robust: add,
@@ -214,11 +218,11 @@ impl HostMapper {
                 Inner::TrimmedAccumulated(Mapper::new(grid.expect(RIGHT_SIZE), health, rules))
             }
             (Method::Median, Own::Latest) => {
-                let grid = MedianGrid::try_new(geometry, sensors, Latest, layered());
+                let grid = MedianGrid::try_new(geometry, sensors, middle, Latest, layered());
                 Inner::MedianLatest(Mapper::new(grid.expect(RIGHT_SIZE), health, rules))
             }
             (Method::Median, Own::Accumulated) => {
-                let grid = MedianGrid::try_new(geometry, sensors, accumulated, layered());
+                let grid = MedianGrid::try_new(geometry, sensors, middle, accumulated, layered());
                 Inner::MedianAccumulated(Mapper::new(grid.expect(RIGHT_SIZE), health, rules))
             }
         })

@@ -2,7 +2,7 @@
 
 use certainty_core::certainty::Certainty;
 use certainty_core::fusion::{
-    BayesGrid, Cell, CertaintyGrid, Geometry, Latest, MedianGrid, RobustGrid, RobustRules,
+    BayesGrid, Cell, CertaintyGrid, Geometry, Latest, MedianGrid, Middle, RobustGrid, RobustRules,
     Strength, TrimmedGrid, owner_bits, owner_bytes,
 };
 use certainty_core::health::{Confidence, Health};
@@ -29,7 +29,8 @@ fn every_method_takes_the_bytes_that_its_documentation_names() {
     let shape = SmartCarShape;
     let bayes = BayesGrid::try_new(shape, Strength::UNLIMITED, [0; 187]).unwrap();
     assert_eq!(bayes.memory_bytes(), 187, "one byte a cell");
-    let median = MedianGrid::<_, _, 3>::try_new(shape, 3, Latest, [0; 3 * 187]).unwrap();
+    let median =
+        MedianGrid::<_, _, 3>::try_new(shape, 3, Middle::Higher, Latest, [0; 3 * 187]).unwrap();
     assert_eq!(median.memory_bytes(), 561, "a byte a cell and sensor");
     let trimmed = TrimmedGrid::<_, _, 3>::try_new(shape, 3, 1, Latest, [0; 3 * 187]).unwrap();
     assert_eq!(trimmed.memory_bytes(), 561, "a byte a cell and sensor");

@@ -214,7 +214,7 @@ impl Cone {
 mod tests {
     use super::super::picture::draw_beam;
     use super::super::{
-        BayesGrid, BeamConfig, Cell, CertaintyGrid, Latest, Mapper, MedianGrid, RobustGrid,
+        BayesGrid, BeamConfig, Cell, CertaintyGrid, Latest, Mapper, MedianGrid, Middle, RobustGrid,
         RobustRules, Strength,
     };
     use super::*;
@@ -304,7 +304,8 @@ mod tests {
             let post = post.unwrap();
             let bayes = BayesGrid::try_new(yard, Strength::MEASUREMENT, [0; 252]).unwrap();
             let robust = RobustGrid::try_new(yard, RobustRules::DEFAULT, 2, [0; 252], [0; 63]);
-            let median = MedianGrid::<_, _, 2>::try_new(yard, 2, Latest, [0; 504]).unwrap();
+            let median =
+                MedianGrid::<_, _, 2>::try_new(yard, 2, Middle::Higher, Latest, [0; 504]).unwrap();
             let outcomes = [
                 erased(bayes, &seen, &unseen, post),
                 erased(robust.unwrap(), &seen, &unseen, post),

@@ -54,7 +54,7 @@ pub struct Accumulated {
 impl Default for Accumulated {
     fn default() -> Self {
         Self {
-            strongest: Strength::MEASUREMENT,
+            strongest: Strength::OWN,
         }
     }
 }
@@ -172,7 +172,9 @@ mod tests {
     #[test]
     fn accumulated_words_are_eq_1_and_always_seen() {
         assert_eq!(Accumulated::certainty(0), None);
-        let own = Accumulated::default();
+        let own = Accumulated {
+            strongest: Strength::MEASUREMENT,
+        };
         let occupied = own.updated(0, Certainty::OCCUPIED);
         assert_eq!(
             Accumulated::certainty(occupied).map(Certainty::to_bits),

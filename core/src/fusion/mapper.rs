@@ -80,7 +80,7 @@ impl<G: CertaintyGrid, H: AsRef<[Health]> + AsMut<[Health]>> Mapper<G, H> {
     ///
     /// ```
     /// use certainty_core::certainty::Certainty;
-    /// use certainty_core::fusion::{Beam, BeamConfig, BeamModel, Geometry, Mapper, Latest, MedianGrid};
+    /// use certainty_core::fusion::{Beam, BeamConfig, BeamModel, Geometry, Mapper, Latest, MedianGrid, Middle};
     /// use certainty_core::health::{Health, HealthRules};
     /// use certainty_core::sensor::SensorId;
     /// use certainty_core::transducer::Reading;
@@ -88,7 +88,7 @@ impl<G: CertaintyGrid, H: AsRef<[Health]> + AsMut<[Health]>> Mapper<G, H> {
     ///
     /// let mm = Millimeters::new;
     /// let shape = Geometry::try_new(17, 11, mm(100), Point::from_mm(-850, 0))?;
-    /// let grid = MedianGrid::<_, _, 3>::try_new(shape, 3, Latest, [0; 3 * 187])?;
+    /// let grid = MedianGrid::<_, _, 3>::try_new(shape, 3, Middle::Higher, Latest, [0; 3 * 187])?;
     /// let mut mapper = Mapper::new(grid, [Health::default(); 3], HealthRules::DEFAULT);
     ///
     /// let gp2d02 = BeamModel::try_new(BeamConfig::narrow(mm(800)))?;

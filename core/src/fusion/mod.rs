@@ -40,7 +40,7 @@ pub use grid::{CertaintyGrid, Measurement, Refused, Unfit};
 pub use layers::{Accumulated, Latest, OwnGrid};
 pub use log_odds::LogOdds;
 pub use mapper::{Mapper, UnknownSensor};
-pub use median::MedianGrid;
+pub use median::{MedianGrid, Middle};
 pub use owners::{owner_bits, owner_bytes};
 pub use ray::Ray;
 pub use robust::RobustGrid;

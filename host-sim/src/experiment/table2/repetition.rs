@@ -33,16 +33,19 @@ impl<'a> Teller<'a> {
         let rules = match method {
             Method::Bayes => FusionRules {
                 own: plain.own,
+                middle: plain.middle,
                 ..chosen
             },
             Method::Robust => plain,
             Method::Trimmed => FusionRules {
                 landmarks: Landmarks::Bounded,
+                middle: plain.middle,
                 ..chosen
             },
             Method::Median => FusionRules {
                 own: chosen.own,
                 own_strongest: chosen.own_strongest,
+                middle: chosen.middle,
                 ..plain
             },
         };

@@ -8,6 +8,7 @@ mod behind;
 mod coverage;
 mod evidence;
 mod false_distances;
+mod middle;
 mod mounting;
 mod obstacles;
 mod own;
@@ -29,7 +30,7 @@ pub use sweeps::Sweeps;
 use crate::experiment::{Crew, Length, Mounting, Overlap, Profile, Rig, Scored, Setup};
 use crate::fusion::{FusionRules, Own};
 use crate::world::World;
-use certainty_core::fusion::Behind;
+use certainty_core::fusion::{Behind, Middle};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -84,6 +85,8 @@ pub struct Choices {
     pub evidence: Evidence,
     /// How each sensor's own grid is kept.
     pub own: Own,
+    /// What the median is of an even number of sensors.
+    pub middle: Middle,
     /// What a map is compared with.
     pub reference: Standard,
     /// Which cells are compared.
@@ -104,6 +107,7 @@ impl Choices {
         behind: Behind::Uncertain,
         evidence: Evidence::Nine,
         own: Own::Accumulated,
+        middle: Middle::Mean,
         reference: Standard::Landmarks,
         scored: Scored::All,
     };
@@ -136,6 +140,7 @@ impl Choices {
     pub fn rules(&self) -> FusionRules {
         let mut rules = FusionRules {
             own: self.own,
+            middle: self.middle,
             ..FusionRules::default()
         };
         self.evidence.set(&mut rules);
@@ -245,7 +250,7 @@ impl Choice {
 }
 
 /// Everything that the text leaves open, in the order in which reports list it.
-pub const CHOICES: [Choice; 13] = [
+pub const CHOICES: [Choice; 14] = [
     Choice::of::<Sweeps>(),
     Choice::of::<Obstacles>(),
     Choice::of::<Mounting>(),
@@ -257,6 +262,7 @@ pub const CHOICES: [Choice; 13] = [
     Choice::of::<Behind>(),
     Choice::of::<Evidence>(),
     Choice::of::<Own>(),
+    Choice::of::<Middle>(),
     Choice::of::<Standard>(),
     Choice::of::<Scored>(),
 ];
