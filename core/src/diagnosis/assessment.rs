@@ -14,7 +14,7 @@ use core::fmt;
 pub enum Verdict {
     /// Something confirms it, as before.
     Sound,
-    /// Nothing confirms it any more: declared faulty and removed.
+    /// Nothing confirms it any more, or too little: declared faulty and removed.
     Removed,
     /// Still nothing confirms it.
     StillRemoved,
@@ -159,13 +159,14 @@ impl<const SENSORS: usize> Monitor<SENSORS> {
     ) -> Assessment<SENSORS> {
         let mut verdicts = [Verdict::Sound; SENSORS];
         let sums = overall(&simulation, &intersection);
+        let least = self.rules.config().least;
         let sonars = verdicts.iter_mut().zip(&mut self.removed).zip(sums);
         for ((verdict, removed), sum) in sonars {
-            *verdict = match (*removed, sum) {
-                (false, 0) => Verdict::Removed,
-                (true, 0) => Verdict::StillRemoved,
-                (true, _) => Verdict::Reinstated,
-                (false, _) => Verdict::Sound,
+            *verdict = match (*removed, sum >= least) {
+                (false, false) => Verdict::Removed,
+                (true, false) => Verdict::StillRemoved,
+                (true, true) => Verdict::Reinstated,
+                (false, true) => Verdict::Sound,
             };
             *removed = verdict.is_faulty();
         }

@@ -26,6 +26,8 @@ pub struct RingRulesConfig {
     pub uncertainty: Millimeters,
     /// Arcs meet that come as close as this.
     pub touch: Millimeters,
+    /// A sonar with fewer confirmations than this is declared faulty.
+    pub least: u8,
     /// How much one assessment that speaks for a sonar raises its confidence.
     #[cfg_attr(feature = "defmt", defmt(Display2Format))]
     pub raise: U0F16,
@@ -35,16 +37,25 @@ pub struct RingRulesConfig {
 }
 
 impl RingRulesConfig {
-    /// The uncertainty of 0.1 m is the paper's. What it leaves open: the two directions of a path may
-    /// differ by as much; arcs that touch to a millimetre, the resolution of an echo, meet. One
-    /// assessment against a sonar makes it suspect and a second failed, and six for it make it healthy:
-    /// confidence falls faster than it rises (\[002\] §4).
+    /// The uncertainty of 0.1 m is the paper's, and so is that one confirmation is enough. What it leaves
+    /// open: the two directions of a path may differ by as much; arcs that touch to a millimetre, the
+    /// resolution of an echo, meet. One assessment against a sonar makes it suspect and a second failed,
+    /// and six for it make it healthy: confidence falls faster than it rises (\[002\] §4).
     pub const DEFAULT: Self = Self {
         consistent: Millimeters::new(100),
         uncertainty: Millimeters::new(100),
         touch: Millimeters::new(1),
+        least: 1,
         raise: U0F16::lit("0.084"),
         lower: U0F16::lit("0.8"),
+    };
+
+    /// Differs from \[003\] §7: a sonar needs three confirmations, so that an accident or two do not make a
+    /// wrong one sound. For rooms in which every sound sonar has as many: in the paper's example two have
+    /// one and two, and would be declared faulty.
+    pub const WARY: Self = Self {
+        least: 3,
+        ..Self::DEFAULT
     };
 }
 
@@ -69,6 +80,8 @@ pub enum RingRulesError {
     Touch,
     /// A step of the confidence is zero.
     Step,
+    /// No confirmation is needed, so nobody would ever be faulty.
+    Least,
 }
 
 impl fmt::Display for RingRulesError {
@@ -76,6 +89,7 @@ impl fmt::Display for RingRulesError {
         f.write_str(match self {
             Self::Never => "distances agree only below a limit that is at least 1mm",
             Self::Touch => "arcs touch only below 1m",
+            Self::Least => "a sonar must need at least one confirmation",
             Self::Step => "the steps of a confidence must be above zero",
         })
     }
@@ -100,6 +114,9 @@ impl RingRules {
     /// The rules of [`RingRulesConfig::DEFAULT`].
     pub const DEFAULT: Self = Self(RingRulesConfig::DEFAULT);
 
+    /// The rules of [`RingRulesConfig::WARY`].
+    pub const WARY: Self = Self(RingRulesConfig::WARY);
+
     /// Checks the configuration.
     ///
     /// # Errors
@@ -112,6 +129,8 @@ impl RingRules {
             Err(RingRulesError::Touch)
         } else if config.raise.to_bits() == 0 || config.lower.to_bits() == 0 {
             Err(RingRulesError::Step)
+        } else if config.least == 0 {
+            Err(RingRulesError::Least)
         } else {
             Ok(Self(config))
         }
@@ -198,7 +217,8 @@ fn counts<const SENSORS: usize>(removed: &[bool; SENSORS], path: Path, sensor: S
 /// Returns, for each sonar, how many of its paths give the distance that the simulation expects
 /// (\[003\] §5): 0 to 7.
 ///
-/// Paths to a sonar that is `removed` do not count.
+/// Paths to a sonar that is `removed` do not count. A silent path is one at the range: where nothing is
+/// expected, silence confirms.
 #[must_use]
 pub fn simulation_based<const SENSORS: usize>(
     ring: &Ring<SENSORS>,
@@ -212,12 +232,22 @@ pub fn simulation_based<const SENSORS: usize>(
         let both = expected.distance(path).zip(heard.distance(path));
         both.is_some_and(|(expected, heard)| u32::from(expected.abs_diff(heard)) < limit)
     };
+    each_sonar(ring, |sensor, slot| {
+        number_of(
+            own_paths(ring, slot).filter(|&path| counts(removed, path, sensor) && agrees(path)),
+        )
+    })
+}
+
+/// One number a sonar, from its own number and its place in the ring.
+fn each_sonar<const SENSORS: usize>(
+    ring: &Ring<SENSORS>,
+    number: impl Fn(SensorId, u8) -> u8,
+) -> [u8; SENSORS] {
     let mut vector = [0; SENSORS];
     for (place, sensor) in vector.iter_mut().zip(ring.sensors()) {
         let slot = u8::try_from(sensor.slot()).unwrap_or(0);
-        let agreeing =
-            own_paths(ring, slot).filter(|&path| counts(removed, path, sensor) && agrees(path));
-        *place = number_of(agreeing);
+        *place = number(sensor, slot);
     }
     vector
 }
@@ -225,7 +255,9 @@ pub fn simulation_based<const SENSORS: usize>(
 /// Returns, for each sonar, how many of its independent overlaps hold an intersection of the two arcs
 /// (\[003\] §6): 0 to 35 in the paper's ring.
 ///
-/// Overlaps with a path of a sonar that is `removed` do not count, nor do paths without a distance.
+/// Overlaps with a path of a sonar that is `removed` do not count, nor do paths without an echo: no arc
+/// is where nothing was heard. The text does not say so, but its example does: sonar 8 has six of seven
+/// paths right and meets none of 35 arcs, which silent arcs at the range, side by side, could not but meet.
 ///
 /// Cost: 840 pairs of arcs in the paper's ring. Memory: 450 bytes of stack.
 #[must_use]
@@ -237,12 +269,11 @@ pub fn intersection_based<const SENSORS: usize>(
 ) -> [u8; SENSORS] {
     let reaches = Reaches::of(ring, heard);
     let arc = |path: Path| {
-        let distance = heard.distance(path)?;
+        let distance = heard.echo(ring, path)?;
         let half = reaches.get(path)?;
         Some(Arc::with_reach(ring, path, distance, half))
     };
-    let mut vector = [0; SENSORS];
-    for (place, sensor) in vector.iter_mut().zip(ring.sensors()) {
+    each_sonar(ring, |sensor, _| {
         let meeting = independent_overlaps(ring, sensor).filter(|overlap| {
             let counted = [overlap.own, overlap.other].map(|path| counts(removed, path, sensor));
             let arcs = counted
@@ -252,9 +283,8 @@ pub fn intersection_based<const SENSORS: usize>(
             arcs.flatten()
                 .is_some_and(|(own, other)| own.meets(&other, ring, rules.config().touch))
         });
-        *place = number_of(meeting);
-    }
-    vector
+        number_of(meeting)
+    })
 }
 
 /// How far each path's arc goes to the sides; found once, used many times.
@@ -264,7 +294,7 @@ impl<const SENSORS: usize> Reaches<SENSORS> {
     fn of(ring: &Ring<SENSORS>, heard: &Distances<SENSORS>) -> Self {
         let mut reaches = Self([[None; ORDERS]; SENSORS]);
         for path in ring.paths() {
-            let distance = heard.distance(path);
+            let distance = heard.echo(ring, path);
             let arc = distance.and_then(|distance| Arc::of(ring, path, distance));
             if let Some(place) = reaches.place(path) {
                 *place = arc.map(|arc| arc.half());

@@ -82,6 +82,12 @@ impl<const SENSORS: usize> Distances<SENSORS> {
         Some(self.raw(path)).filter(|&distance| distance < INCONSISTENT)
     }
 
+    /// The same if it is nearer than the range: the distance of something that was heard.
+    pub(super) fn echo(&self, ring: &Ring<SENSORS>, path: Path) -> Option<u16> {
+        let distance = self.distance(path);
+        distance.filter(|&distance| u32::from(distance) < ring.config().range.get())
+    }
+
     fn raw(&self, path: Path) -> u16 {
         let row = self.known.get(usize::from(path.slot()));
         let entry = row.and_then(|row| row.get(usize::from(path.order())));

@@ -52,6 +52,15 @@ fn the_papers_vectors_add_up_and_name_sensor_4() {
 }
 
 #[test]
+fn three_confirmations_are_more_than_two_sound_sonars_of_the_paper_have() {
+    let mut monitor = Monitor::<24>::new(RingRules::WARY);
+    let sound = monitor.conclude(SIMULATION, INTERSECTION);
+    assert_eq!(faulty(&sound), [9, 10]);
+    let falsified = monitor.conclude(FALSIFIED_SIMULATION, FALSIFIED_INTERSECTION);
+    assert_eq!(faulty(&falsified), [4, 9, 10]);
+}
+
+#[test]
 fn a_removed_sonars_paths_stop_counting_at_the_next_assessment_and_count_again_when_it_is_back() {
     let ring = Ring::<24>::try_new(RingConfig::DEFAULT).unwrap();
     let rules = RingRules::DEFAULT;

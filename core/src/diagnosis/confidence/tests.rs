@@ -189,6 +189,22 @@ fn unknown_echoes_confirm_nothing() {
     assert_eq!(intersection_based(&ring, &unknown, &none, &rules), [0; 24]);
 }
 
+/// Silent arcs side by side at the range would all meet; in the paper's example sonar 8 hears what is
+/// expected on six of seven paths and meets nothing.
+#[test]
+fn silence_is_confirmed_by_the_simulation_and_by_no_arc() {
+    let (ring, none, rules) = (ring(), [false; 24], RingRules::DEFAULT);
+    let silent = Distances::fold(&ring, &Echoes::silent(), &rules);
+    assert_eq!(
+        simulation_based(&ring, &silent, &silent, &none, &rules),
+        [7; 24]
+    );
+    assert_eq!(intersection_based(&ring, &silent, &none, &rules), [0; 24]);
+    // One millimetre nearer there is something to meet.
+    let meeting = intersection_based(&ring, &round(1999), &none, &rules);
+    assert!(meeting.iter().all(|&arcs| arcs > 0));
+}
+
 #[test]
 fn no_vector_is_above_its_bound() {
     let (ring, none, rules) = (ring(), [false; 24], RingRules::DEFAULT);
@@ -228,5 +244,7 @@ fn rules_that_cannot_be_are_refused() {
         ..base
     };
     assert_eq!(RingRules::try_new(step), Err(RingRulesError::Step));
+    let nobody = RingRulesConfig { least: 0, ..base };
+    assert_eq!(RingRules::try_new(nobody), Err(RingRulesError::Least));
     assert_eq!(RingRules::try_new(base), Ok(RingRules::DEFAULT));
 }

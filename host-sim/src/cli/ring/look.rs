@@ -4,7 +4,7 @@ use super::super::table::{row, table};
 use super::super::{Failure, output};
 use super::{Arguments, listed, numbers};
 use crate::export::OutDir;
-use crate::ring::{Judged, Observation, Situation, Vectors, draw};
+use crate::ring::{Judged, Observation, Vectors, draw};
 use crate::world::World;
 use certainty_core::diagnosis::{ElementKind, Joint};
 use certainty_core::units::{BinaryAngle, Point, Pose};
@@ -76,7 +76,7 @@ pub(super) fn run(arguments: &Arguments, world: &World) -> Result<(), Failure> {
         let line = format!("--pose: an obstacle covers {x}mm,{y}mm; name a free place");
         return Err(Failure::Input(line));
     }
-    let situation = Situation::new(world);
+    let situation = arguments.situation(world);
     let observation = situation.observe(robot, &arguments.faults, arguments.seed, 0);
     let observation = observation.map_err(|error| {
         Failure::Input(format!("{}: {error}; use fewer obstacles", world.name()))

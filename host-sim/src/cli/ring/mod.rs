@@ -7,10 +7,11 @@ mod sweep;
 use super::jobs::Jobs;
 use super::{Failure, output};
 use crate::quantity;
-use crate::ring::RingFault;
+use crate::ring::{RingFault, Situation};
 use crate::world::World;
+use certainty_core::diagnosis::RingRules;
 use certainty_core::units::{Millimeters, Point, Pose};
-use clap::Args;
+use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 
 /// What the check is asked.
@@ -37,6 +38,14 @@ pub(super) struct Arguments {
     /// Compare the polygons at many places with the world
     #[arg(long, conflicts_with = "recording")]
     extraction: bool,
+    /// How many confirmations a sonar needs: one, as [003] has it, or three
+    #[arg(
+        long,
+        value_enum,
+        default_value_t,
+        conflicts_with_all = ["recording", "extraction"]
+    )]
+    rules: Rules,
     /// How many places
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     poses: u32,
@@ -62,6 +71,34 @@ pub(super) struct Arguments {
     /// Print one JSON document instead
     #[arg(long)]
     json: bool,
+}
+
+/// Sets of numbers of the check, by their names on the command line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+enum Rules {
+    /// One confirmation is enough
+    #[default]
+    Paper,
+    /// It takes three
+    Wary,
+}
+
+impl Rules {
+    const fn rules(self) -> RingRules {
+        match self {
+            Self::Paper => RingRules::DEFAULT,
+            Self::Wary => RingRules::WARY,
+        }
+    }
+}
+
+impl Arguments {
+    /// The ring in a world, checked by these rules.
+    fn situation<'a>(&self, world: &'a World) -> Situation<'a> {
+        let mut situation = Situation::new(world);
+        situation.rules = self.rules.rules();
+        situation
+    }
 }
 
 /// Reads a pose.

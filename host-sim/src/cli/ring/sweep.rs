@@ -4,9 +4,7 @@ use super::super::simulate::percent;
 use super::super::table::{row, table};
 use super::super::{Failure, output};
 use super::Arguments;
-use crate::ring::{
-    Extraction, ExtractionRow, KindRow, PoseResult, RingDefect, Situation, Sweep, Swept,
-};
+use crate::ring::{Extraction, ExtractionRow, KindRow, PoseResult, RingDefect, Sweep, Swept};
 use crate::world::World;
 use serde::Serialize;
 
@@ -25,7 +23,7 @@ struct Report<'a> {
 }
 
 pub(super) fn faults(arguments: &Arguments, world: &World) -> Result<(), Failure> {
-    let situation = Situation::new(world);
+    let situation = arguments.situation(world);
     let [falsified, ..] = RingDefect::ALL;
     let first = arguments.faults.first();
     let sweep = Sweep {
@@ -103,7 +101,7 @@ struct ExtractionReport<'a> {
 }
 
 pub(super) fn extraction(arguments: &Arguments, world: &World) -> Result<(), Failure> {
-    let situation = Situation::new(world);
+    let situation = arguments.situation(world);
     let extraction = Extraction {
         situation: &situation,
         poses: arguments.poses,

@@ -261,7 +261,7 @@ mod tests {
             .map(|(_, places)| places.len())
             .product::<usize>();
         assert_eq!(members.len(), counts);
-        assert_eq!(counts, 5 * 3 * 2 * 4 * 2 * 2 * 3 * 2 * 3 * 2 * 2 * 2);
+        assert_eq!(counts, 5 * 3 * 2 * 4 * 2 * 2 * 3 * 2 * 3 * 2 * 2 * 2 * 2);
         let allowed = members
             .iter()
             .filter(|member| !member.contradicts_the_text());
