@@ -1,6 +1,6 @@
 //! The image that is flashed, pin by pin on the emulated board.
 
-use certainty_firmware::remote::Line;
+use certainty_firmware::remote::{Channel, Line};
 use certainty_sim::backend::Image;
 use certainty_sim::backend::board::{BoardError, EmulatedBoard};
 use certainty_sim::bench::{Bench, BenchSetup, Wires};
@@ -20,7 +20,7 @@ const ROUND_MS: u64 = 800;
 struct Watched {
     bench: Bench,
     levels: Vec<(Line, bool, u64)>,
-    pulses: Vec<(usize, u32, u64)>,
+    pulses: Vec<(Channel, u32, u64)>,
 }
 
 impl Wires for Watched {
@@ -33,9 +33,9 @@ impl Wires for Watched {
         Wires::level(&mut self.bench, line, now_ns)
     }
 
-    fn set_pulse(&mut self, servo: usize, width_us: u32, now_ns: u64) {
-        self.pulses.push((servo, width_us, now_ns));
-        Wires::set_pulse(&mut self.bench, servo, width_us, now_ns);
+    fn set_pulse(&mut self, channel: Channel, width_us: u32, now_ns: u64) {
+        self.pulses.push((channel, width_us, now_ns));
+        Wires::set_pulse(&mut self.bench, channel, width_us, now_ns);
     }
 }
 
@@ -200,7 +200,7 @@ impl Wires for NoWires {
         false
     }
 
-    fn set_pulse(&mut self, _: usize, _: u32, _: u64) {}
+    fn set_pulse(&mut self, _: Channel, _: u32, _: u64) {}
 }
 
 /// With nothing on its pins the car has no reading, and goes on all the same: the watchdog is fed.

@@ -410,17 +410,17 @@ fn what_is_no_telemetry_is_refused_in_one_line() {
     }
 }
 
-/// By hand: version 2, sequence 0, variant 6, four zeros, and their CRC-32 by zlib, 0x85B33BF7.
+/// By hand: version 1, sequence 0, variant 6, four zeros, and their CRC-32 by zlib, 0xB45B216A.
 #[test]
 fn another_version_of_the_format_is_told() {
-    let frame = [2, 2, 2, 6, 1, 1, 1, 5, 0xF7, 0x3B, 0xB3, 0x85, 0];
-    let words = ["input: telemetry in version 2", "this program reads 1"];
+    let frame = [2, 1, 2, 6, 1, 1, 1, 5, 0x6A, 0x21, 0x5B, 0xB4, 0];
+    let words = ["input: telemetry in version 1", "this program reads 2"];
     assert_refused(&frame, "input", &words);
     let (bytes, _) = capture(1);
     let document = monitored([&frame[..], &bytes].concat(), "--json").json();
     assert_eq!(
         (&document["other_version"], &document["version_heard"]),
-        (&1.into(), &2.into())
+        (&1.into(), &1.into())
     );
     assert_eq!(document["frames"], frames(1));
 }

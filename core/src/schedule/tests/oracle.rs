@@ -74,7 +74,12 @@ fn broken(round: &Round) -> BTreeSet<&'static str> {
     let fused = |slot: &Slot| matches!(slot.activity, Activity::Fuse(_));
     let last_fused = slots.iter().rposition(fused);
     let steered = steers.iter().any(|&i| Some(i) < last_fused);
-    if steered || drives.iter().zip(&steers).any(|(drive, steer)| drive < steer) {
+    if steered
+        || drives
+            .iter()
+            .zip(&steers)
+            .any(|(drive, steer)| drive < steer)
+    {
         broken.insert("activities are in the wrong order");
     }
 
