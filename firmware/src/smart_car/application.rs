@@ -52,6 +52,16 @@ struct FixedRanger<B: Board> {
     health: Health,
 }
 
+impl<B: Board> FixedRanger<B> {
+    // Not inlined: the stack of the main loop is under that of the deepest slot.
+    #[inline(never)]
+    fn measure(&mut self, delay: &mut B::Delay, stopwatch: &mut B::Stopwatch, now: Ticks) {
+        let measured = self.driver.measure(delay, stopwatch);
+        self.measured = now;
+        self.reading = measured.unwrap_or_else(|fault| Reading::Missing(fault.reason()));
+    }
+}
+
 /// The car's parts do not fit each other; they always do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -171,7 +181,7 @@ impl<B: Board> SmartCar<B> {
         let eyes = self.rangers.each_ref().map(|ranger| Eye {
             reading: ranger.reading,
             measured: ranger.measured,
-            health: ranger.health,
+            health: &ranger.health,
         });
         let silent = |head: &Head<B>| matches!(head.reading(), Reading::Missing(_));
         let silent = self.heads.each_ref().map(silent);
@@ -181,6 +191,8 @@ impl<B: Board> SmartCar<B> {
 
     /// Reports the round: what each sensor said, how the car drives, the map, the records, and last how it
     /// went.
+    // Not inlined: what it sends must not be on the stack of the other slots.
+    #[inline(never)]
     fn report(&mut self, now: Ticks, timeliness: Timeliness) {
         let numbers = (1..=u8::MAX).filter_map(SensorId::new);
         for (sensor, head) in numbers.clone().zip(&self.heads) {
@@ -239,10 +251,7 @@ impl<B: Board> Application for SmartCar<B> {
             Activity::Measure(sensor) => {
                 let slot = sensor.slot().wrapping_sub(HEADS.into());
                 if let Some(ranger) = self.rangers.get_mut(slot) {
-                    let measured = ranger.driver.measure(&mut self.delay, &mut self.stopwatch);
-                    ranger.measured = due.at;
-                    ranger.reading =
-                        measured.unwrap_or_else(|fault| Reading::Missing(fault.reason()));
+                    ranger.measure(&mut self.delay, &mut self.stopwatch, due.at);
                 }
             }
             Activity::Fuse(sensor) => self.fuse(sensor, due.at),

@@ -24,7 +24,7 @@ use crate::board::{Board, MotorWires};
 use crate::executive::Due;
 use crate::motors::{Motors, Thrust};
 use crate::telemetry::{self, Conduct};
-use certainty_core::control::{Controller, Side, Wheels};
+use certainty_core::control::{ControlRules, Controller, Side, Wheels};
 use certainty_core::fusion::{CertaintyGrid, Environment};
 use certainty_core::units::Pose;
 
@@ -34,7 +34,7 @@ pub const LOOK_AROUND: u32 = SWEEP.directions() as u32;
 /// Where the car is, what its motors were told, and what it decided to tell them next.
 pub(super) struct Drive<B: Board> {
     motors: Motors<B::Motor>,
-    controller: Controller,
+    controller: Controller<&'static ControlRules>,
     /// Where the car was when it began to move by `thrust`.
     began: Odometer,
     /// What the motors were told last.
@@ -54,7 +54,7 @@ impl<B: Board> Drive<B> {
     pub(super) fn new(wires: MotorWires<B>) -> Self {
         Self {
             motors: Motors::new(wires.right, wires.left, MOTOR),
-            controller: Controller::new(CONTROL, Side::Left),
+            controller: Controller::new(&CONTROL, Side::Left),
             began: Odometer::new(POSE),
             thrust: Thrust::NONE,
             looks_from: POSE,
@@ -84,7 +84,7 @@ impl<B: Board> Drive<B> {
         due: Due,
         map: &Environment<'_, G>,
         silent: &[bool; HEADS as usize],
-        rangers: &[Eye; RANGERS as usize],
+        rangers: &[Eye<'_>; RANGERS as usize],
     ) {
         if due.round < LOOK_AROUND {
             self.decided = Some((Wheels::STOPPED, Conduct::Looking));
@@ -117,7 +117,7 @@ impl<B: Board> Drive<B> {
         };
         if matches!(conduct, Conduct::Late | Conduct::Refused) {
             // The next step begins with a car that stands.
-            self.controller = Controller::new(CONTROL, self.controller.kept_side());
+            self.controller = Controller::new(&CONTROL, self.controller.kept_side());
         }
         self.told = told(self.looks_from, wheels, conduct);
         self.looks_from = self.began.after(self.thrust, LOOK_FRAMES).pose();

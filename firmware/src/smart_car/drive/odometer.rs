@@ -17,13 +17,14 @@ pub struct Chassis {
     pub radius_mm: u32,
 }
 
-/// The Smart Car's: at 10 cm/s a round moves it less than a cell, and its wheels stand as wide as its heads.
+/// The Smart Car's: at 10 cm/s a round moves it less than a cell, its wheels stand as far apart as its outer
+/// heads, and it is a disc about the bar that carries them.
 ///
 /// Open choice: the papers do not say. The middle, about which it turns, is that of its bumper.
 pub const CHASSIS: Chassis = Chassis {
     full_speed_mm_s: 100,
     track_mm: 160,
-    radius_mm: 100,
+    radius_mm: 80,
 };
 
 /// What a wheel goes in a frame, in µm, for each µs of its motor's thrust.

@@ -1,22 +1,23 @@
 //! What the control level is told of the car's senses.
 
-use super::rules::{GOAL, OBSTACLE, SIGHT};
+use super::rules::{GOAL, OBSTACLE, SIDES_DEG, SIGHT};
 use crate::smart_car::{HEADS, RANGERS};
 use certainty_core::control::{
-    Command, Controller, Dated, Failure, Failures, Signal, Situation, scan_of_map,
+    BEAMS, Command, ControlRules, Controller, Dated, Failure, Failures, Signal, Situation,
+    beam_in_map, scan_into,
 };
 use certainty_core::fusion::{CertaintyGrid, Environment};
 use certainty_core::health::{Health, HealthConfig};
-use certainty_core::transducer::{Missing, Reading};
-use certainty_core::units::{Pose, Ticks};
+use certainty_core::transducer::Reading;
+use certainty_core::units::{BinaryAngle, Pose, Ticks};
 
 /// A fixed ranger, as control hears it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in crate::smart_car) struct Eye {
+pub(in crate::smart_car) struct Eye<'a> {
     pub(in crate::smart_car) reading: Reading,
     /// When it measured.
     pub(in crate::smart_car) measured: Ticks,
-    pub(in crate::smart_car) health: Health,
+    pub(in crate::smart_car) health: &'a Health,
 }
 
 /// A round's senses, besides the map.
@@ -27,24 +28,30 @@ pub(super) struct Seen<'a> {
     /// Which heads said nothing in this round, the first on the right.
     pub(super) silent: &'a [bool; HEADS as usize],
     /// The first on the right.
-    pub(super) rangers: &'a [Eye; RANGERS as usize],
+    pub(super) rangers: &'a [Eye<'a>; RANGERS as usize],
 }
 
 impl Seen<'_> {
     /// Lets `controller` decide.
     ///
     /// What 101 beams meet in the map is the scanner of \[004\]; the rangers are its rangefinders 1, on the
-    /// left, and 6. Its other four do not exist: *missing*, and failed for good.
+    /// left, and 6. Its other four are what single beams meet in the map to the sides.
     pub(super) fn step<G: CertaintyGrid>(
         &self,
-        controller: &mut Controller,
+        controller: &mut Controller<&'static ControlRules>,
         map: &Environment<'_, G>,
     ) -> Command {
-        let scan = scan_of_map(map, self.pose, SIGHT, OBSTACLE);
-        let absent = Dated {
-            what: Reading::Missing(Missing::Timeout),
-            at: self.now,
+        let mut scan = [Reading::NoObject; BEAMS];
+        scan_into(&mut scan, map, self.pose, SIGHT, OBSTACLE);
+        let aside = |degrees: i32| {
+            let aside = BinaryAngle::from_millidegrees(degrees.wrapping_mul(1000));
+            let along = Pose::new(self.pose.at, self.pose.heading.wrapping_add(aside));
+            Dated {
+                what: beam_in_map(map, along, SIGHT, OBSTACLE),
+                at: self.now,
+            }
         };
+        let [second, third] = SIDES_DEG;
         let [right, left] = self.rangers.map(|ranger| Dated {
             what: ranger.reading,
             at: ranger.measured,
@@ -53,7 +60,14 @@ impl Seen<'_> {
             now: self.now,
             pose: self.pose,
             goal: GOAL,
-            rangefinders: [left, absent, absent, absent, absent, right],
+            rangefinders: [
+                left,
+                aside(second),
+                aside(third),
+                aside(third.wrapping_neg()),
+                aside(second.wrapping_neg()),
+                right,
+            ],
             scan: Dated {
                 what: &scan,
                 at: self.now,
@@ -67,6 +81,8 @@ impl Seen<'_> {
     /// The map has failed as far as its heads have in the mean: each sweeps all of what lies ahead, so with
     /// one of three gone a third of the looks is missing. A head that says nothing in this round is gone for
     /// this round, before its health gives it up.
+    // Not inlined: it is done before the controller needs the stack.
+    #[inline(never)]
     fn failures<G: CertaintyGrid>(&self, map: &Environment<'_, G>) -> Failures {
         const LIMITS: HealthConfig = HealthConfig::DEFAULT;
         let heads = map.sensors().zip(self.silent);
@@ -81,11 +97,11 @@ impl Seen<'_> {
         let mean = sum.checked_div_int(HEADS.into()).unwrap_or(Signal::ONE);
         let [right, left] = self
             .rangers
-            .map(|ranger| Failure::of_health(&ranger.health, &LIMITS));
-        let absent = Failure::TOTAL;
+            .map(|ranger| Failure::of_health(ranger.health, &LIMITS));
+        let map = Failure::new_saturating(mean);
         Failures {
-            rangefinders: [left, absent, absent, absent, absent, right],
-            scanner: Failure::new_saturating(mean),
+            rangefinders: [left, map, map, map, map, right],
+            scanner: map,
         }
     }
 }
@@ -99,16 +115,16 @@ mod tests {
 
     const NOW: Ticks = Ticks::new(1000);
 
-    fn eye(reading: Reading) -> Eye {
+    fn eye(health: &Health) -> Eye<'_> {
         Eye {
-            reading,
+            reading: Reading::NoObject,
             measured: Ticks::new(900),
-            health: Health::default(),
+            health,
         }
     }
 
     /// What fails with these heads silent, this confidence of all, and these rangers.
-    fn failures(silent: [bool; 3], confidence: u16, rangers: [Eye; 2]) -> Failures {
+    fn failures(silent: [bool; 3], confidence: u16, rangers: [Eye<'_>; 2]) -> Failures {
         let grid = BayesGrid::try_new(SmartCarShape, Strength::UNLIMITED, [0; CELLS]).unwrap();
         let health = [Health::new(Confidence::from_bits(confidence)); SENSORS as usize];
         let seen = Seen {
@@ -122,7 +138,8 @@ mod tests {
 
     #[test]
     fn the_map_has_failed_as_far_as_its_heads_have_in_the_mean() {
-        let sound = [eye(Reading::NoObject); 2];
+        let health = Health::default();
+        let sound = [eye(&health); 2];
         let scanner =
             |silent, confidence| failures(silent, confidence, sound).scanner.part().to_bits();
         assert_eq!(scanner([false; 3], u16::MAX), 0);
@@ -133,12 +150,13 @@ mod tests {
     }
 
     #[test]
-    fn what_the_car_does_not_have_has_failed_and_what_it_has_is_on_its_side() {
-        let mut broken = eye(Reading::NoObject);
-        broken.health = Health::new(Confidence::NONE);
-        let told = failures([false; 3], u16::MAX, [broken, eye(Reading::NoObject)]);
+    fn a_ranger_fails_on_its_side_and_what_the_map_stands_in_for_fails_with_the_map() {
+        let (broken, sound) = (Health::new(Confidence::NONE), Health::default());
+        let rangers = [eye(&broken), eye(&sound)];
+        let told = failures([true, false, true], u16::MAX, rangers);
         assert_eq!(told.rangefinders[0], Failure::NONE, "the left ranger");
         assert_eq!(told.rangefinders[5], Failure::TOTAL, "the right one");
-        assert_eq!(told.rangefinders[1..5], [Failure::TOTAL; 4]);
+        assert_eq!(told.rangefinders[1..5], [told.scanner; 4]);
+        assert_eq!(told.scanner.part().to_bits(), 65_536 * 2 / 3);
     }
 }
