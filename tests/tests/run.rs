@@ -181,7 +181,7 @@ fn without_slip_its_reckoning_is_the_truth_to_a_centimetre() {
 
 #[test]
 fn it_stops_when_all_its_sensors_are_unplugged() {
-    let all = (1..=5).map(|sensor| format!("--fault unplugged:{sensor}@40.."));
+    let all = (1..=5).map(|sensor| format!("--fault unplugged:{sensor}@40"));
     let all = all.collect::<Vec<_>>().join(" ");
     let soon = on("native", 44, &all).unwrap();
     let late = on("native", 60, &all).unwrap();
