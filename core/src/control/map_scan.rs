@@ -24,23 +24,11 @@ pub fn scan_of_map<G: CertaintyGrid>(
     obstacle: Certainty,
 ) -> PerBeam<Reading> {
     let mut scan = [Reading::NoObject; BEAMS];
-    scan_into(&mut scan, map, scanner, farthest, obstacle);
-    scan
-}
-
-/// Writes what [`scan_of_map`] returns into `scan`: where memory is short, it is there once.
-#[inline(never)]
-pub fn scan_into<G: CertaintyGrid>(
-    scan: &mut PerBeam<Reading>,
-    map: &Environment<'_, G>,
-    scanner: Pose,
-    farthest: Millimeters,
-    obstacle: Certainty,
-) {
     for (reading, index) in scan.iter_mut().zip(0..=u8::MAX) {
         let heading = scanner.heading.wrapping_add(beam_bearing(index));
         *reading = beam_in_map(map, Pose::new(scanner.at, heading), farthest, obstacle);
     }
+    scan
 }
 
 /// Returns what one beam of `farthest` length along `from` meets in the map, as in [`scan_of_map`].

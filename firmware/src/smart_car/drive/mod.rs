@@ -76,7 +76,7 @@ impl<B: Board> Drive<B> {
 
     /// Decides what the motors shall be told in this round.
     ///
-    /// Cost: the cells on 101 lines and a control step.
+    /// Cost: the cells on 55 lines and a control step.
     // Not inlined: the scan would stay on the stack of every other slot.
     #[inline(never)]
     pub(super) fn steer<G: CertaintyGrid>(
