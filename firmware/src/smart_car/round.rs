@@ -45,7 +45,7 @@ pub(super) const ROUND_FRAMES: u16 = PERIOD_MS / FRAME_MS;
 /// In how many of them until its heads look.
 pub(super) const LOOK_FRAMES: u16 = {
     let in_frame = DRIVE_AT % FRAME_MS;
-    assert!(PERIOD_MS % FRAME_MS == 0 && FRAME_MS == 20);
+    assert!(PERIOD_MS.is_multiple_of(FRAME_MS) && FRAME_MS == 20);
     assert!(
         in_frame >= 12 && in_frame < 18,
         "too near a frame's middle or end"
