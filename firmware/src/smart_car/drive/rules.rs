@@ -35,7 +35,7 @@ const HALF_CELL_MM: u32 = 50;
 ///   more than the outline takes: at 200 mm by 110 mm. The speed is zero where something is as near as half a
 ///   cell beyond the outline.
 /// - Four of the six rangefinders of \[004\] are not there and are looked up in the map
-///   ([`SIDES_DEG`]), so that the car does not turn into what it is passing. They cover nothing that the
+///   (at 60° and 90°), so that the car does not turn into what it is passing. They cover nothing that the
 ///   map does not, and fail with it. So [`Blame::Own`]: no sense is a reason to doubt the others.
 /// - The map covers four fifths of what lies ahead and each ranger a tenth. At least a half must be seen: one
 ///   head and both rangers may be gone, but not two heads of three, whose word would then be one against none.
