@@ -7,7 +7,7 @@ use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_hal::pwm::SetDutyCycle;
 
-/// A board that carries the Smart Car's sensors: one type for each kind of connection.
+/// A board that carries the Smart Car's sensors and motors: one type for each kind of connection.
 ///
 /// The application is written against these alone; a microcontroller's pins, a simulator's and those
 /// at the far end of a serial line all fit.
@@ -22,6 +22,8 @@ pub trait Board {
     type Trigger: OutputPin;
     /// The line on which its echo's pulse comes back.
     type Echo: InputPin;
+    /// A drive motor's pulses, every 20 ms; a new width counts from the next period on.
+    type Motor: SetDutyCycle;
     /// Short waits within a slot.
     type Delay: DelayNs;
     /// What the width of an echo is measured with.
@@ -56,6 +58,18 @@ pub struct RangerWires<B: Board> {
     pub echo: B::Echo,
 }
 
+/// The drive motors' connections.
+#[expect(
+    missing_debug_implementations,
+    reason = "a board's pins need not be printable"
+)]
+pub struct MotorWires<B: Board> {
+    /// Turns the right wheel.
+    pub right: B::Motor,
+    /// Turns the left one.
+    pub left: B::Motor,
+}
+
 /// Everything that the application needs of a board.
 #[expect(
     missing_debug_implementations,
@@ -66,6 +80,8 @@ pub struct Wiring<B: Board, const HEADS: usize, const RANGERS: usize> {
     pub heads: [HeadWires<B>; HEADS],
     /// The fixed ones.
     pub rangers: [RangerWires<B>; RANGERS],
+    /// What the car drives with.
+    pub motors: MotorWires<B>,
     /// Short waits within a slot.
     pub delay: B::Delay,
     /// What the width of an echo is measured with.

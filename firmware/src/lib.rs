@@ -5,7 +5,9 @@
 //! | [`smart_car`] | the case study's robot: its grid, where its sensors sit, how they sweep |
 //! | [`gp2d02`] | driver of a Sharp GP2D02 infrared sensor on two pins |
 //! | [`servo`] | driver of a hobby servo on a PWM channel |
+//! | [`motors`] | driver of two drive motors on PWM channels |
 //! | [`ranger`] | driver of a pulse-echo ultrasonic ranger on two pins |
+//! | [`pulse`] | pulses of hobby devices |
 //! | [`stopwatch`] | time as the drivers see it |
 //! | [`telemetry`] | framed reports to whoever listens: map, heads, health, the schedule's statistics |
 //! | [`executive`] | the time-triggered main loop: each slot at its tick, or not at all |
@@ -41,6 +43,8 @@ pub mod digest;
 pub mod executive;
 pub mod gp2d02;
 pub mod mailbox;
+pub mod motors;
+pub mod pulse;
 pub mod ranger;
 pub mod rehearsal;
 pub mod remote;

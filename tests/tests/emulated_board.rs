@@ -1,6 +1,6 @@
 //! The image that is flashed, pin by pin on the emulated board.
 
-use certainty_firmware::remote::Line;
+use certainty_firmware::remote::{Channel, Line};
 use certainty_sim::backend::Image;
 use certainty_sim::backend::board::{BoardError, EmulatedBoard};
 use certainty_sim::bench::{Bench, BenchSetup, Wires};
@@ -20,7 +20,7 @@ const ROUND_MS: u64 = 800;
 struct Watched {
     bench: Bench,
     levels: Vec<(Line, bool, u64)>,
-    pulses: Vec<(usize, u32, u64)>,
+    pulses: Vec<(Channel, u32, u64)>,
 }
 
 impl Wires for Watched {
@@ -33,9 +33,9 @@ impl Wires for Watched {
         Wires::level(&mut self.bench, line, now_ns)
     }
 
-    fn set_pulse(&mut self, servo: usize, width_us: u32, now_ns: u64) {
-        self.pulses.push((servo, width_us, now_ns));
-        Wires::set_pulse(&mut self.bench, servo, width_us, now_ns);
+    fn set_pulse(&mut self, channel: Channel, width_us: u32, now_ns: u64) {
+        self.pulses.push((channel, width_us, now_ns));
+        Wires::set_pulse(&mut self.bench, channel, width_us, now_ns);
     }
 }
 
@@ -119,18 +119,19 @@ fn the_rangers_are_triggered_for_ten_microseconds_and_never_both_at_once() {
 fn the_servos_get_whole_pulses_within_their_limits_from_the_first_move_on() {
     let Some(mut board) = board() else { return };
     run(&mut board, 5);
-    let pulses = board.with_wires(|wires| wires.pulses.clone());
+    let mut pulses = board.with_wires(|wires| wires.pulses.clone());
+    pulses.retain(|(channel, ..)| matches!(channel, Channel::Servo(_)));
     assert_eq!(pulses.len(), 3 * 5, "a width a servo and round: {pulses:?}");
     assert!(pulses.iter().all(|(_, us, _)| (600..=2_400).contains(us)));
     let first = pulses[0].2;
     for (servo, _, at) in &pulses {
         // A new width begins with a period of 20 ms, which keep step with the rounds.
-        assert_eq!((at - first) % (20 * MILLISECOND), 0, "servo {servo}");
+        assert_eq!((at - first) % (20 * MILLISECOND), 0, "{servo:?}");
     }
     for servo in 0..3 {
         let widths: Vec<u32> = pulses
             .iter()
-            .filter(|one| one.0 == servo)
+            .filter(|one| one.0 == Channel::Servo(servo))
             .map(|one| one.1)
             .collect();
         let steps = widths
@@ -142,10 +143,35 @@ fn the_servos_get_whole_pulses_within_their_limits_from_the_first_move_on() {
     }
 }
 
+/// Both motors' pulses begin with the servos' frames, stand while the car looks around, and change in
+/// the frame after the slot that gives them.
+#[test]
+fn the_motors_are_told_at_the_same_time_of_every_round() {
+    let Some(mut board) = board() else { return };
+    run(&mut board, 44);
+    let pulses = board.with_wires(|wires| wires.pulses.clone());
+    let first_servo = pulses[0].2;
+    let motors = pulses
+        .iter()
+        .filter(|one| matches!(one.0, Channel::Motor(_)));
+    let motors: Vec<_> = motors.copied().collect();
+    // Only changes are told: first both stand, for 37 rounds.
+    assert!(motors[..2].iter().all(|one| one.1 == 1_500), "{motors:?}");
+    assert!(motors.len() > 6, "{motors:?}");
+    for &(motor, us, at) in &motors {
+        assert!((1_000..=2_000).contains(&us), "{motor:?} {us}");
+        // 780 ms into a round: the frame after the slot at 772 ms. The timers start some cycles apart.
+        let off = (at - first_servo) % (ROUND_MS * MILLISECOND);
+        let late = off.abs_diff(780 * MILLISECOND);
+        assert!(late < 20_000, "{motor:?} {late} ns");
+    }
+    assert!((motors[2].2 - first_servo) / (ROUND_MS * MILLISECOND) >= 37);
+}
+
 #[test]
 fn every_register_that_it_uses_is_modelled() {
     let Some(mut board) = board() else { return };
-    run(&mut board, 2);
+    run(&mut board, 40);
     assert_eq!(board.unmodelled(), []);
 }
 
@@ -200,7 +226,7 @@ impl Wires for NoWires {
         false
     }
 
-    fn set_pulse(&mut self, _: usize, _: u32, _: u64) {}
+    fn set_pulse(&mut self, _: Channel, _: u32, _: u64) {}
 }
 
 /// With nothing on its pins the car has no reading, and goes on all the same: the watchdog is fed.

@@ -1,13 +1,16 @@
 //! The command line's contract of `certainty monitor`, whatever comes over the line.
 
 use certainty_core::certainty::Certainty;
+use certainty_core::control::{Signal, Wheels};
 use certainty_core::fusion::{BayesGrid, CertaintyGrid, Environment, Measurement, Shape, Strength};
 use certainty_core::health::Health;
 use certainty_core::sensor::SensorId;
 use certainty_core::transducer::{Finding, Missing, Reading};
 use certainty_core::units::{BinaryAngle, Millimeters, Ticks};
 use certainty_firmware::smart_car::{CELLS, POSE, SENSORS, SmartCarShape};
-use certainty_firmware::telemetry::{Head, Hello, Outbox, Ranger, Report, Reporter, Statistics};
+use certainty_firmware::telemetry::{
+    Conduct, Drive, Encoder, FRAME, Head, Hello, Outbox, Ranger, Report, Reporter, Statistics,
+};
 use certainty_tests::input::{certainty, folder_with};
 use certainty_tests::program::{PATIENCE, Ran, command, keys, run, wait};
 use serde_json::Value;
@@ -102,6 +105,7 @@ fn json_has_exactly_the_keys_of_the_contract() {
     let top = [
         "bytes",
         "crc_errors",
+        "drive",
         "ended",
         "frames",
         "lost",
@@ -410,17 +414,49 @@ fn what_is_no_telemetry_is_refused_in_one_line() {
     }
 }
 
-/// By hand: version 2, sequence 0, variant 6, four zeros, and their CRC-32 by zlib, 0x85B33BF7.
+#[test]
+fn how_the_robot_drives_is_told_in_words_and_in_json() {
+    let drive = Drive {
+        pose: POSE,
+        wheels: Wheels {
+            right: Signal::lit("0.75"),
+            left: Signal::lit("-0.25"),
+        },
+        conduct: Conduct::Slowed,
+        to_goal: Millimeters::new(1234),
+    };
+    let mut frame = [0; FRAME];
+    let mut encoder = Encoder::new();
+    let report = Report::Drive(drive);
+    let bytes = encoder.encode(&report, &mut frame).unwrap().to_vec();
+    let words = monitored(bytes.clone(), "--plain").stdout;
+    let told = "wheels 0.75 right, -0.25 left, slowed, 1234mm to the goal";
+    assert!(words.contains(told), "{words}");
+    let document = monitored(bytes, "--json").json();
+    let told = &document["drive"];
+    assert_eq!(keys(told), ["conduct", "left", "right", "to_goal_mm"]);
+    assert_eq!(
+        (&told["right"], &told["left"]),
+        (&0.75.into(), &(-0.25).into())
+    );
+    assert_eq!(
+        (&told["conduct"], &told["to_goal_mm"]),
+        (&"slowed".into(), &1234.into())
+    );
+    assert_eq!(document["pose"]["x_mm"], POSE.at.x_mm());
+}
+
+/// By hand: version 1, sequence 0, variant 6, four zeros, and their CRC-32 by zlib, 0xB45B216A.
 #[test]
 fn another_version_of_the_format_is_told() {
-    let frame = [2, 2, 2, 6, 1, 1, 1, 5, 0xF7, 0x3B, 0xB3, 0x85, 0];
-    let words = ["input: telemetry in version 2", "this program reads 1"];
+    let frame = [2, 1, 2, 6, 1, 1, 1, 5, 0x6A, 0x21, 0x5B, 0xB4, 0];
+    let words = ["input: telemetry in version 1", "this program reads 2"];
     assert_refused(&frame, "input", &words);
     let (bytes, _) = capture(1);
     let document = monitored([&frame[..], &bytes].concat(), "--json").json();
     assert_eq!(
         (&document["other_version"], &document["version_heard"]),
-        (&1.into(), &2.into())
+        (&1.into(), &1.into())
     );
     assert_eq!(document["frames"], frames(1));
 }

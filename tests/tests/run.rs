@@ -24,6 +24,12 @@ const LINE_FAULTS: [(&str, &[&str]); 6] = [
     ("mute", &["timeout"]),
 ];
 
+/// Rounds of a run in which it drives, after 37 in which it looks around; the last of QEMU's few.
+const DRIVING: u32 = 42;
+
+/// Rounds after which it is at its goal in the built-in scene.
+const ARRIVED: u32 = 90;
+
 /// Runs the application on `backend` in a folder of its own; `None` if the backend cannot be had.
 fn on(backend: &str, rounds: u32, faults: &str) -> Option<Value> {
     let folder = tempfile::tempdir().unwrap();
@@ -61,6 +67,7 @@ fn json_has_exactly_the_keys_of_the_contract() {
     let document = on("native", 1, "").unwrap();
     let top = [
         "backend",
+        "drive",
         "files",
         "flash_bytes",
         "grid_hash",
@@ -95,6 +102,122 @@ fn every_backend_gets_the_same_map_and_the_same_health() {
                 assert_eq!(outcome(document), native, "{backend} {faults}");
             }
         }
+    }
+}
+
+fn track_hash(document: &Value) -> &Value {
+    let hash = &document["drive"]["track_hash"];
+    assert_eq!(hash.as_str().map(str::len), Some(8));
+    hash
+}
+
+#[test]
+fn the_journey_has_exactly_the_keys_of_the_contract() {
+    let drive = &on("native", 1, "").unwrap()["drive"];
+    let top = [
+        "believed",
+        "collisions",
+        "conduct",
+        "goal_radius_mm",
+        "goal_x_mm",
+        "goal_y_mm",
+        "reached",
+        "rounds_moved",
+        "track_hash",
+        "truly",
+    ];
+    assert_eq!(keys(drive), top);
+    for place in ["believed", "truly"] {
+        let of_place = ["heading_deg", "to_goal_mm", "x_mm", "y_mm"];
+        assert_eq!(keys(&drive[place]), of_place);
+    }
+    assert_eq!(drive["conduct"], "looking around");
+    assert_eq!(drive["rounds_moved"], 0);
+}
+
+/// Where it went, what its wheels were told and what it saw on the way: bit for bit.
+#[test]
+fn every_backend_drives_the_same_way() {
+    for (faults, backends) in [
+        ("", &["qemu", "board"][..]),
+        ("--fault stuck-far:2 --seed 7", &["board"]),
+        ("--fault unplugged:1@39..45", &["board"]),
+    ] {
+        let native = outcome(on("native", DRIVING, faults).unwrap());
+        assert_ne!(native["drive"]["rounds_moved"], 0, "{faults}");
+        assert_eq!(native["overruns"], 0, "{faults}");
+        track_hash(&native);
+        for backend in backends {
+            if let Some(document) = on(backend, DRIVING, faults) {
+                assert_eq!(outcome(document), native, "{backend} {faults}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_board_drives_to_the_goal_in_the_very_way_of_the_native_run() {
+    let native = outcome(on("native", ARRIVED, "").unwrap());
+    assert_eq!(native["drive"]["reached"], true, "{}", native["drive"]);
+    assert_eq!(native["drive"]["conduct"], "arrived");
+    assert_eq!(native["drive"]["collisions"], 0);
+    let truly = &native["drive"]["truly"]["to_goal_mm"];
+    assert!(truly.as_u64() <= native["drive"]["goal_radius_mm"].as_u64());
+    if let Some(board) = on("board", ARRIVED, "") {
+        assert_eq!(outcome(board), native);
+    }
+}
+
+/// Nothing slips: what it reckons from what it told its motors is where it is, to what rounding leaves.
+#[test]
+fn without_slip_its_reckoning_is_the_truth_to_a_centimetre() {
+    let drive = &on("native", ARRIVED, "").unwrap()["drive"];
+    for axis in ["x_mm", "y_mm"] {
+        let (believed, truly) = (&drive["believed"][axis], &drive["truly"][axis]);
+        let off = believed.as_i64().unwrap() - truly.as_i64().unwrap();
+        assert!(off.abs() < 10, "{drive}");
+    }
+}
+
+#[test]
+fn it_stops_when_all_its_sensors_are_unplugged() {
+    let all = (1..=5).map(|sensor| format!("--fault unplugged:{sensor}@40"));
+    let all = all.collect::<Vec<_>>().join(" ");
+    let soon = on("native", 44, &all).unwrap();
+    let late = on("native", 60, &all).unwrap();
+    assert_eq!(late["drive"]["conduct"], "blind");
+    assert_ne!(late["drive"]["rounds_moved"], 0, "it drove before");
+    assert_eq!(late["drive"]["truly"], soon["drive"]["truly"]);
+    assert_eq!(late["drive"]["collisions"], 0);
+    let sighted = on("native", 60, "").unwrap();
+    assert_ne!(sighted["drive"]["truly"], late["drive"]["truly"]);
+}
+
+#[test]
+fn it_never_touches_a_wall_across_its_way() {
+    let folder = tempfile::tempdir().unwrap();
+    for y in [350, 450, 600] {
+        let file = folder.path().join(format!("wall-{y}.toml"));
+        let wall = format!(
+            "name = \"a wall across\"\n[[box]]\ncenter = [\"0mm\", \"{y}mm\"]\nsize = [\"3m\", \"100mm\"]\n"
+        );
+        std::fs::write(&file, wall).unwrap();
+        for seed in 1..=4 {
+            let arguments = format!("--seed {seed} --world {}", file.display());
+            let drive = &on("native", 150, &arguments).unwrap()["drive"];
+            assert_eq!(drive["collisions"], 0, "{y}: {drive}");
+            assert_eq!(drive["reached"], false, "{y}: {drive}");
+            assert_ne!(drive["rounds_moved"], 0, "{y}: {drive}");
+        }
+    }
+}
+
+#[test]
+fn a_journey_has_a_picture_and_standing_has_none() {
+    for (rounds, count) in [(37, 1), (DRIVING, 3)] {
+        let document = on("native", rounds, "").unwrap();
+        let files = document["files"].as_array().unwrap();
+        assert_eq!(files.len(), count, "{files:?}");
     }
 }
 
@@ -197,7 +320,8 @@ fn a_ranger_that_does_not_answer_fails_alone_and_comes_back() {
 /// DESIGN.md: 4 KB of RAM with the stack, 32 KB of flash.
 #[test]
 fn the_shipped_image_keeps_its_budgets() {
-    let Some(board) = on("board", ROUNDS, "") else {
+    // Its stack is deepest where it decides where to go.
+    let Some(board) = on("board", ARRIVED, "") else {
         return;
     };
     let bytes = |field: &str| board[field].as_u64().unwrap();

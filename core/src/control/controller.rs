@@ -10,6 +10,7 @@ use super::{
 };
 use crate::transducer::{Missing, Reading};
 use crate::units::{BinaryAngle, Millimeters, Point, Pose, Ticks};
+use core::borrow::Borrow;
 
 /// A reading and when it was taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -82,22 +83,22 @@ pub struct Command {
 /// Mirrored situations have mirrored commands, to the bit, where the side that the robot keeps to is
 /// mirrored as well.
 ///
-/// Cost: the histogram's, and little besides. Memory: the rules and 16 bytes; a step takes the histogram
-/// on the stack.
+/// Cost: the histogram's, and little besides. Memory: the rules, or a reference to constant ones, and 17
+/// bytes; a step takes the histogram on the stack.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Controller {
-    rules: ControlRules,
+pub struct Controller<R = ControlRules> {
+    rules: R,
     wheels: Wheels,
     last: Option<Ticks>,
     kept: Side,
 }
 
-impl Controller {
+impl<R: Borrow<ControlRules>> Controller<R> {
     /// Creates the controller of a robot that stands still, and that tries `first` where left and right
     /// are equally good.
     #[must_use]
-    pub const fn new(rules: ControlRules, first: Side) -> Self {
+    pub const fn new(rules: R, first: Side) -> Self {
         Self {
             rules,
             wheels: Wheels::STOPPED,
@@ -142,10 +143,12 @@ impl Controller {
     /// let blind = step(400, Failures::ALL);
     /// assert_eq!((blind.caution, blind.wheels.right), (Caution::Blind, Signal::ZERO)); // 6 m/s²
     /// ```
+    // Not inlined: its histogram must not be on the stack while the caller makes the scan.
+    #[inline(never)]
     pub fn step(&mut self, situation: &Situation<'_>) -> Command {
-        let fresh = Fresh::of(situation, self.rules.config().stale_after);
+        let fresh = Fresh::of(situation, self.rules.borrow().config().stale_after);
         let mut credibility = Credibility::of(&situation.failures);
-        if self.rules.config().blame == Blame::Own {
+        if self.rules.borrow().config().blame == Blame::Own {
             credibility.braitenberg = Signal::ONE;
         }
         let nearest = fresh.nearest();
@@ -156,7 +159,7 @@ impl Controller {
         }
         let elapsed = self.last.map_or(0, |last| situation.now.since(last));
         self.last = Some(situation.now);
-        let limits = self.rules.config().limits;
+        let limits = self.rules.borrow().config().limits;
         self.wheels = limits.limited(wanted.wheels(), self.wheels, elapsed);
         Command {
             wheels: self.wheels,
@@ -176,7 +179,7 @@ impl Controller {
         credibility: &Credibility,
         nearest: Millimeters,
     ) -> (Motion, Option<Valley>, Caution, Coverage) {
-        let config = self.rules.config();
+        let config = self.rules.borrow().config();
         let coverage = Coverage::of(&config.coverage, &fresh.left, fresh.scanner_left);
         if situation.pose.at.distance(situation.goal) <= config.goal_radius {
             return (Motion::STILL, None, Caution::Arrived, coverage);
@@ -227,7 +230,7 @@ impl Controller {
     ///
     /// \[004\] does not say what to do where all are blocked. A scanner that is not believed blocks nothing.
     fn avoidance(&self, fresh: &Fresh<'_>, goal: BinaryAngle) -> (Signal, Option<Valley>, bool) {
-        let config = self.rules.config();
+        let config = self.rules.borrow().config();
         let Some(scan) = fresh.scan else {
             return (Signal::ZERO, None, true);
         };

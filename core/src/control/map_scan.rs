@@ -23,17 +23,30 @@ pub fn scan_of_map<G: CertaintyGrid>(
     farthest: Millimeters,
     obstacle: Certainty,
 ) -> PerBeam<Reading> {
-    let geometry = map.geometry();
     let mut scan = [Reading::NoObject; BEAMS];
     for (reading, index) in scan.iter_mut().zip(0..=u8::MAX) {
-        let bearing = scanner.heading.wrapping_add(beam_bearing(index));
-        let end: Point = scanner.at.ahead(bearing.direction(), farthest);
-        let hit = Ray::new(&geometry, scanner.at, end).find(|&cell| map.certainty(cell) > obstacle);
-        if let Some(cell) = hit {
-            *reading = Reading::Echo(scanner.at.distance(geometry.center(cell)));
-        }
+        let heading = scanner.heading.wrapping_add(beam_bearing(index));
+        *reading = beam_in_map(map, Pose::new(scanner.at, heading), farthest, obstacle);
     }
     scan
+}
+
+/// Returns what one beam of `farthest` length along `from` meets in the map, as in [`scan_of_map`].
+#[must_use]
+#[inline(never)]
+pub fn beam_in_map<G: CertaintyGrid>(
+    map: &Environment<'_, G>,
+    from: Pose,
+    farthest: Millimeters,
+    obstacle: Certainty,
+) -> Reading {
+    let geometry = map.geometry();
+    let end: Point = from.at.ahead(from.heading.direction(), farthest);
+    let mut cells = Ray::new(&geometry, from.at, end);
+    match cells.find(|&cell| map.certainty(cell) > obstacle) {
+        Some(cell) => Reading::Echo(from.at.distance(geometry.center(cell))),
+        None => Reading::NoObject,
+    }
 }
 
 #[cfg(test)]

@@ -42,7 +42,7 @@ pub use cross_check::{CrossCheck, CrossCheckConfig, Verdict};
 pub use failures::{Failure, Failures, SENSORS};
 pub use histogram::{BEAMS, HistogramConfig, MIDDLE_BEAM, PerBeam, PolarHistogram, beam_bearing};
 pub use limits::Limits;
-pub use map_scan::scan_of_map;
+pub use map_scan::{beam_in_map, scan_of_map};
 pub use motion::{Motion, Side, Signal, Wheels};
 pub use nearness::{Outlook, nearness};
 pub use ramp::{Corner, Ramp, RampError};

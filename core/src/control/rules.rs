@@ -190,23 +190,29 @@ impl ControlRules {
     /// # Errors
     ///
     /// [`ControlConfigError`] names what cannot be.
-    pub fn try_new(config: ControlConfig) -> Result<Self, ControlConfigError> {
-        let part = |signal: Signal| (Signal::ZERO..=Signal::ONE).contains(&signal);
+    pub const fn try_new(config: ControlConfig) -> Result<Self, ControlConfigError> {
+        const fn is_part(signal: Signal) -> bool {
+            0 <= signal.to_bits() && signal.to_bits() <= Signal::ONE.to_bits()
+        }
         let coverage = &config.coverage;
-        let parts = coverage
-            .rangefinders
-            .into_iter()
-            .chain([coverage.scanner, coverage.least]);
+        let [a, b, c, d, e, f] = coverage.rangefinders;
+        let parts = [a, b, c, d, e, f, coverage.scanner, coverage.least];
+        let mut rest: &[Signal] = &parts;
+        let mut all_parts = true;
+        while let [part, others @ ..] = rest {
+            all_parts &= is_part(*part);
+            rest = others;
+        }
         let limits = &config.limits;
-        let zero = Millimeters::ZERO;
-        if config.rangefinder_default == zero || config.histogram.default == zero {
+        let distances = [config.rangefinder_default, config.histogram.default];
+        if matches!(distances, [Millimeters::ZERO, _] | [_, Millimeters::ZERO]) {
             Err(ControlConfigError::Default)
         } else if limits.full_speed_mm_s == 0
             || limits.faster_mm_s2 == 0
             || limits.slower_mm_s2 == 0
         {
             Err(ControlConfigError::Limits)
-        } else if !parts.into_iter().all(part) || coverage.least == Signal::ZERO {
+        } else if !all_parts || coverage.least.to_bits() == 0 {
             Err(ControlConfigError::Coverage)
         } else if config.stale_after == 0 {
             Err(ControlConfigError::Stale)

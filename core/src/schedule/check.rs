@@ -51,6 +51,7 @@ pub(super) const fn check(
         }
         second = second.wrapping_add(1);
     }
+    attempt!(control(slots));
     let mut second = 0;
     while let Some(b) = numbered(stations, second) {
         let mut first = 0;
@@ -117,7 +118,7 @@ const fn kinds(slots: &[Slot], stations: &[Station]) -> Result<(), ScheduleError
                     matches!(station.measuring, Measuring::Apart { .. })
                 }
                 Activity::Measure(_) => matches!(station.measuring, Measuring::Whole { .. }),
-                Activity::Fuse(_) | Activity::Report => true,
+                Activity::Fuse(_) | Activity::Steer | Activity::Drive | Activity::Report => true,
             };
             if !possible {
                 return Err(ScheduleError::NotItsKind { slot, activity });
@@ -136,8 +137,16 @@ struct Place<'a> {
 }
 
 impl<'a> Place<'a> {
-    /// The only slot of an activity.
+    /// The only slot of an activity that must have one.
     const fn of(slots: &'a [Slot], activity: Activity) -> Result<Self, ScheduleError> {
+        match attempt!(Self::find(slots, activity)) {
+            Some(place) => Ok(place),
+            None => Err(ScheduleError::NoTurn { activity }),
+        }
+    }
+
+    /// The only slot of an activity, if it has one.
+    const fn find(slots: &'a [Slot], activity: Activity) -> Result<Option<Self>, ScheduleError> {
         let mut found: Option<Self> = None;
         let mut index = 0_usize;
         while let Some(slot) = nth(slots, index) {
@@ -153,10 +162,7 @@ impl<'a> Place<'a> {
             }
             index = index.wrapping_add(1);
         }
-        match found {
-            Some(place) => Ok(place),
-            None => Err(ScheduleError::NoTurn { activity }),
-        }
+        Ok(found)
     }
 
     /// Refuses this slot if it comes before `earlier`.
@@ -170,6 +176,32 @@ impl<'a> Place<'a> {
             Ok(())
         }
     }
+}
+
+/// A round that steers does so once, with everything fused, and then drives.
+const fn control(slots: &[Slot]) -> Result<(), ScheduleError> {
+    let steers = attempt!(Place::find(slots, Activity::Steer));
+    let drives = attempt!(Place::find(slots, Activity::Drive));
+    let (steers, drives) = match (steers, drives) {
+        (None, None) => return Ok(()),
+        (Some(steers), Some(drives)) => (steers, drives),
+        (Some(_), None) => {
+            let activity = Activity::Drive;
+            return Err(ScheduleError::NoTurn { activity });
+        }
+        (None, Some(_)) => {
+            let activity = Activity::Steer;
+            return Err(ScheduleError::NoTurn { activity });
+        }
+    };
+    let mut index = 0_usize;
+    while let Some(slot) = nth(slots, index) {
+        if matches!(slot.activity, Activity::Fuse(_)) {
+            attempt!(steers.follows(&Place { index, slot }));
+        }
+        index = index.wrapping_add(1);
+    }
+    drives.follows(&steers)
 }
 
 /// When a sensor measures, in ms after the round's start.

@@ -62,12 +62,13 @@ pub enum ScheduleError {
         /// What it asks for.
         activity: Activity,
     },
-    /// A sensor has no slot for something that its turn needs.
+    /// A sensor has no slot for something that its turn needs, or the round steers without driving or drives
+    /// without steering.
     NoTurn {
         /// What is missing.
         activity: Activity,
     },
-    /// A sensor does something twice in a round.
+    /// Something is done twice in a round that is done once; only reports may be more.
     Twice {
         /// What.
         activity: Activity,
@@ -76,8 +77,8 @@ pub enum ScheduleError {
         /// The second.
         again: usize,
     },
-    /// A sensor does something before what must come first: move, then start and read or measure,
-    /// then fuse.
+    /// Something is done before what must come first: a sensor moves, then it is started and read or
+    /// measures, then it is fused; once all are fused the round steers, then it drives.
     WrongOrder {
         /// The slot that is too early.
         slot: usize,
@@ -150,9 +151,9 @@ impl ScheduleError {
             Self::RoundOverrun { .. } => "the last slot overruns the round",
             Self::UnknownSensor { .. } => "a slot is for a sensor without a station",
             Self::NotItsKind { .. } => "a sensor cannot do what a slot asks for",
-            Self::NoTurn { .. } => "a sensor is without its turn",
-            Self::Twice { .. } => "a sensor does the same twice in a round",
-            Self::WrongOrder { .. } => "a sensor's activities are in the wrong order",
+            Self::NoTurn { .. } => "an activity is without its slot",
+            Self::Twice { .. } => "the same is done twice in a round",
+            Self::WrongOrder { .. } => "activities are in the wrong order",
             Self::Unsettled { .. } => "a sensor measures before its head has settled",
             Self::Unconverted { .. } => "a sensor is read before its conversion is over",
             Self::TooShort { .. } => "a measurement may overrun its slot",

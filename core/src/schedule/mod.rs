@@ -7,7 +7,8 @@
 //!
 //! A round is complete in itself: a sensor moves, measures and is fused in the same one, in this
 //! order. The order of the `Fuse` slots is the order of updates, on which the robust grid's values
-//! depend (\[001\] §7).
+//! depend (\[001\] §7). Where the robot moves, the round steers after them, and gives the motors what was
+//! decided in a slot of its own: when wheels change their speed must not depend on how long a decision took.
 //!
 //! Memory: 6 bytes a slot, 22 a sensor; of a constant they are in flash.
 
@@ -51,6 +52,8 @@ pub struct ScheduleConfig<const SLOTS: usize, const STATIONS: usize> {
 ///   is no longer than a sensor may be silent;
 /// - every sensor has its turn once: it is moved if it can be, started and read or measured, and
 ///   fused, in this order, and gets the time to settle and to convert;
+/// - a round that steers, or that drives, does both and each once: it steers when all is fused, so that
+///   control sees all that the round learned, and then drives;
 /// - no two sensors of like signals ever look within [`ScheduleConfig::apart`] of each other while
 ///   one measures what the other sends, in any step of their sweeps; late echoes and those from the
 ///   round before included.
@@ -168,7 +171,8 @@ impl<const SLOTS: usize, const STATIONS: usize> Schedule<SLOTS, STATIONS> {
     /// # Errors
     ///
     /// [`ScheduleError`] names the first rule that is broken and by what: first the times of the
-    /// slots, then what they are for, then each sensor's turn, then what disturbs what.
+    /// slots, then what they are for, then each sensor's turn, then steering and driving, then what disturbs
+    /// what.
     pub const fn try_new(config: ScheduleConfig<SLOTS, STATIONS>) -> Result<Self, ScheduleError> {
         match check::check(
             config.period,

@@ -17,12 +17,17 @@ pub enum Activity {
     Measure(SensorId),
     /// Take what was read or measured into the map.
     Fuse(SensorId),
+    /// Decide, from what was fused, how the wheels shall turn.
+    Steer,
+    /// Give the motors what was decided, at an instant that does not depend on how long deciding took.
+    Drive,
     /// Tell the host how things are.
     Report,
 }
 
 impl Activity {
-    /// Returns whose activity this is; `None` for [`Activity::Report`], which is nobody's.
+    /// Returns whose activity this is; `None` for what is no sensor's: [`Activity::Steer`],
+    /// [`Activity::Drive`] and [`Activity::Report`].
     #[must_use]
     pub const fn sensor(self) -> Option<SensorId> {
         match self {
@@ -31,7 +36,7 @@ impl Activity {
             | Self::Read(sensor)
             | Self::Measure(sensor)
             | Self::Fuse(sensor) => Some(sensor),
-            Self::Report => None,
+            Self::Steer | Self::Drive | Self::Report => None,
         }
     }
 
@@ -43,7 +48,9 @@ impl Activity {
             | (Self::Read(a), Self::Read(b))
             | (Self::Measure(a), Self::Measure(b))
             | (Self::Fuse(a), Self::Fuse(b)) => a.number() == b.number(),
-            (Self::Report, Self::Report) => true,
+            (Self::Steer, Self::Steer)
+            | (Self::Drive, Self::Drive)
+            | (Self::Report, Self::Report) => true,
             _ => false,
         }
     }
@@ -57,6 +64,8 @@ impl fmt::Display for Activity {
             Self::Read(sensor) => write!(f, "read sensor {sensor}"),
             Self::Measure(sensor) => write!(f, "measure with sensor {sensor}"),
             Self::Fuse(sensor) => write!(f, "fuse sensor {sensor}"),
+            Self::Steer => f.write_str("steer"),
+            Self::Drive => f.write_str("drive"),
             Self::Report => f.write_str("report"),
         }
     }

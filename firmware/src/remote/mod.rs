@@ -31,6 +31,16 @@ pub enum Line {
     Echo(u8),
 }
 
+/// A channel of pulses, one every 20 ms.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Channel {
+    /// Turns the pivoted sensor in this slot.
+    Servo(u8),
+    /// Turns the right wheel, 0, or the left one, 1.
+    Motor(u8),
+}
+
 /// What is asked of the far end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Request {
@@ -38,8 +48,8 @@ pub enum Request {
     Drive(Line, bool),
     /// Tell whether a line is high: 1 or 0.
     Level(Line),
-    /// Give this servo pulses of so many microseconds.
-    Pulse(u8, u16),
+    /// Give a channel pulses of so many microseconds.
+    Pulse(Channel, u16),
     /// Let so many nanoseconds pass; not answered.
     Pass(u32),
     /// Let time pass up to the start of this millisecond, unless it has begun; tell which it is.
@@ -139,17 +149,17 @@ impl<L: Link> InputPin for RemotePin<'_, L> {
     }
 }
 
-/// A servo's pulses at the far end; a duty step is a microsecond of 20 ms.
+/// A channel's pulses at the far end; a duty step is a microsecond of 20 ms.
 #[derive(Debug)]
 pub struct RemotePwm<'a, L> {
     link: &'a L,
-    servo: u8,
+    channel: Channel,
 }
 
 impl<'a, L> RemotePwm<'a, L> {
-    /// Creates the near end of the pulses of the servo in this slot.
-    pub const fn new(link: &'a L, servo: u8) -> Self {
-        Self { link, servo }
+    /// Creates the near end of the pulses of `channel`.
+    pub const fn new(link: &'a L, channel: Channel) -> Self {
+        Self { link, channel }
     }
 }
 
@@ -163,7 +173,7 @@ impl<L: Link> SetDutyCycle for RemotePwm<'_, L> {
     }
 
     fn set_duty_cycle(&mut self, duty: u16) -> Result<(), Refused> {
-        self.link.ask(Request::Pulse(self.servo, duty)).map(drop)
+        self.link.ask(Request::Pulse(self.channel, duty)).map(drop)
     }
 }
 
@@ -295,6 +305,7 @@ impl<'a, L: Link> Board for RemoteBoard<'a, L> {
     type Vin = RemotePin<'a, L>;
     type Vout = RemotePin<'a, L>;
     type Pwm = RemotePwm<'a, L>;
+    type Motor = RemotePwm<'a, L>;
     type Trigger = RemotePin<'a, L>;
     type Echo = RemotePin<'a, L>;
     type Delay = RemoteTime<'a, L>;

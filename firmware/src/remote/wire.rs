@@ -1,6 +1,6 @@
 //! The wire form of requests and answers.
 
-use super::{Line, Refused, Request};
+use super::{Channel, Line, Refused, Request};
 
 /// Bytes of a request: its kind, its place, its value with the lowest byte first.
 pub const REQUEST: usize = 6;
@@ -44,7 +44,8 @@ pub fn encode(request: Request) -> [u8; REQUEST] {
             let (letter, slot) = line(at);
             (letter, slot, 0)
         }
-        Request::Pulse(servo, micros) => (b'P', servo, u32::from(micros)),
+        Request::Pulse(Channel::Servo(slot), micros) => (b'P', slot, u32::from(micros)),
+        Request::Pulse(Channel::Motor(side), micros) => (b'M', side, u32::from(micros)),
         Request::Pass(nanoseconds) => (b'D', 0, nanoseconds),
         Request::Until(tick) => (b'N', 0, tick),
         Request::Tick => (b'n', 0, 0),
@@ -68,7 +69,8 @@ pub fn decode([kind, place, a, b, c, d]: [u8; REQUEST]) -> Option<Request> {
         _ => None,
     };
     Some(match kind {
-        b'P' => Request::Pulse(place, u16::try_from(value).ok()?),
+        b'P' => Request::Pulse(Channel::Servo(place), u16::try_from(value).ok()?),
+        b'M' => Request::Pulse(Channel::Motor(place), u16::try_from(value).ok()?),
         b'D' => Request::Pass(value),
         b'N' => Request::Until(value),
         b'n' => Request::Tick,
@@ -117,11 +119,22 @@ mod tests {
         })
     }
 
+    fn channels() -> impl Strategy<Value = Channel> {
+        any::<(bool, u8)>().prop_map(|(motor, place)| {
+            if motor {
+                Channel::Motor(place)
+            } else {
+                Channel::Servo(place)
+            }
+        })
+    }
+
     fn requests() -> impl Strategy<Value = Request> {
         prop_oneof![
             (lines(), any::<bool>()).prop_map(|(line, high)| Request::Drive(line, high)),
             lines().prop_map(Request::Level),
-            any::<(u8, u16)>().prop_map(|(servo, micros)| Request::Pulse(servo, micros)),
+            (channels(), any::<u16>())
+                .prop_map(|(channel, micros)| Request::Pulse(channel, micros)),
             any::<u32>().prop_map(Request::Pass),
             any::<u32>().prop_map(Request::Until),
             Just(Request::Tick),

@@ -1,6 +1,7 @@
 //! What one servo does with its pulses.
 
 use super::ServoError;
+use crate::pulse::{self, low_half};
 use certainty_core::units::BinaryAngle;
 use core::fmt;
 
@@ -158,18 +159,7 @@ impl ServoModel {
     /// the same duty, so that the pulse can be told from it.
     #[must_use]
     pub const fn duty(&self, pulse_us: u16, full: u16) -> u16 {
-        let period = self.config.period_us as u32;
-        let pulse = if pulse_us < self.config.period_us {
-            pulse_us as u32
-        } else {
-            period
-        };
-        // At most 2^15 · 2^16 and half a period: 32 bits hold it.
-        let product = pulse.wrapping_mul(full as u32).wrapping_add(period >> 1);
-        match product.checked_div(period) {
-            Some(duty) => low_half(duty), // at most `full`
-            None => 0,                    // no period is zero
-        }
+        pulse::duty(pulse_us, self.config.period_us, full)
     }
 
     /// Returns the longest that the servo takes from one pulse within the limits to another, in ms.
@@ -202,13 +192,4 @@ impl ServoModel {
         };
         travel.wrapping_add((self.config.period_us as u32).div_ceil(1_000))
     }
-}
-
-/// The low 16 bits.
-#[expect(
-    clippy::cast_possible_truncation,
-    reason = "dropping bits is what it is for"
-)]
-const fn low_half(value: u32) -> u16 {
-    value as u16
 }

@@ -1,10 +1,10 @@
 //! The Smart Car's application: what is done in each slot of its round.
 
+use super::drive::{Drive, Eye};
 use super::head::Head;
 use super::round::PERIOD_MS;
 use super::{
-    CELLS, HEADS, POSE, RANGER, RANGERS, SENSORS, SWEEP, SmartCarGrid, SmartCarShape, UNITS,
-    mounting,
+    CELLS, HEADS, RANGER, RANGERS, SENSORS, SWEEP, SmartCarGrid, SmartCarShape, UNITS, mounting,
 };
 use crate::board::{Board, Wiring};
 use crate::executive::{Application, Due, Timeliness};
@@ -27,8 +27,9 @@ const PARTS: u8 = 8;
 /// The car: drivers, map and records, on any [`Board`].
 ///
 /// Sensors 1 to 3 are the pivoted ones, which make the map; 4 and 5 the fixed rangers, whose readings
-/// are reported and whose silence is noticed. Data flows one way: a driver's answer becomes a reading,
-/// the reading is checked and fused, and what came of it is reported.
+/// control hears beside the map, and whose silence is noticed. Data flows one way: a driver's answer
+/// becomes a reading, the reading is checked and fused, the map says where to go, and what came of it is
+/// reported.
 #[expect(
     missing_debug_implementations,
     reason = "a board's pins need not be printable"
@@ -37,6 +38,7 @@ pub struct SmartCar<B: Board> {
     heads: [Head<B>; HEADS as usize],
     rangers: [FixedRanger<B>; RANGERS as usize],
     mapper: Mapper<SmartCarGrid, [Health; SENSORS as usize]>,
+    drive: Drive<B>,
     delay: B::Delay,
     stopwatch: B::Stopwatch,
     reporter: Reporter<B::Outbox, CELLS>,
@@ -46,7 +48,18 @@ pub struct SmartCar<B: Board> {
 struct FixedRanger<B: Board> {
     driver: Ranger<B::Trigger, B::Echo>,
     reading: Reading,
+    measured: Ticks,
     health: Health,
+}
+
+impl<B: Board> FixedRanger<B> {
+    // Not inlined: the stack of the main loop is under that of the deepest slot.
+    #[inline(never)]
+    fn measure(&mut self, delay: &mut B::Delay, stopwatch: &mut B::Stopwatch, now: Ticks) {
+        let measured = self.driver.measure(delay, stopwatch);
+        self.measured = now;
+        self.reading = measured.unwrap_or_else(|fault| Reading::Missing(fault.reason()));
+    }
 }
 
 /// The car's parts do not fit each other; they always do.
@@ -102,9 +115,11 @@ impl<B: Board> SmartCar<B> {
             rangers: wiring.rangers.map(|wires| FixedRanger {
                 driver: Ranger::new(wires.trigger, wires.echo, RANGER),
                 reading: Reading::Missing(Missing::Late),
+                measured: Ticks::new(0),
                 health: Health::default(),
             }),
             mapper,
+            drive: Drive::new(wiring.motors),
             delay: wiring.delay,
             stopwatch: wiring.stopwatch,
             reporter: reporter.map_err(|_| Misfit)?,
@@ -133,7 +148,7 @@ impl<B: Board> SmartCar<B> {
     fn look(&self, slot: u8, head: &Head<B>) -> Pose {
         let mut place = mounting(slot, HEADS);
         place.heading = head.direction();
-        POSE.compose(place)
+        self.drive.looks_from().compose(place)
     }
 
     fn fuse(&mut self, sensor: SensorId, now: Ticks) {
@@ -161,7 +176,23 @@ impl<B: Board> SmartCar<B> {
         }
     }
 
-    /// Reports the round: what each sensor said, the map, the records, and last how it went.
+    /// Decides where to go, from the map and from what the rangers said.
+    fn steer(&mut self, due: Due) {
+        let eyes = self.rangers.each_ref().map(|ranger| Eye {
+            reading: ranger.reading,
+            measured: ranger.measured,
+            health: &ranger.health,
+        });
+        let silent = |head: &Head<B>| matches!(head.reading(), Reading::Missing(_));
+        let silent = self.heads.each_ref().map(silent);
+        self.drive
+            .steer(due, &self.mapper.environment(), &silent, &eyes);
+    }
+
+    /// Reports the round: what each sensor said, how the car drives, the map, the records, and last how it
+    /// went.
+    // Not inlined: what it sends must not be on the stack of the other slots.
+    #[inline(never)]
     fn report(&mut self, now: Ticks, timeliness: Timeliness) {
         let numbers = (1..=u8::MAX).filter_map(SensorId::new);
         for (sensor, head) in numbers.clone().zip(&self.heads) {
@@ -178,6 +209,7 @@ impl<B: Board> SmartCar<B> {
                 reading: ranger.reading,
             }));
         }
+        self.reporter.send(&Report::Drive(self.drive.report()));
         let map = self.mapper.environment();
         self.reporter.send_map(&map, PARTS);
         self.reporter.send_health(&map);
@@ -219,12 +251,15 @@ impl<B: Board> Application for SmartCar<B> {
             Activity::Measure(sensor) => {
                 let slot = sensor.slot().wrapping_sub(HEADS.into());
                 if let Some(ranger) = self.rangers.get_mut(slot) {
-                    let measured = ranger.driver.measure(&mut self.delay, &mut self.stopwatch);
-                    ranger.reading =
-                        measured.unwrap_or_else(|fault| Reading::Missing(fault.reason()));
+                    ranger.measure(&mut self.delay, &mut self.stopwatch, due.at);
                 }
             }
             Activity::Fuse(sensor) => self.fuse(sensor, due.at),
+            Activity::Steer => {
+                self.mapper.settle(due.at);
+                self.steer(due);
+            }
+            Activity::Drive => self.drive.drive(),
             Activity::Report => {
                 self.mapper.settle(due.at);
                 self.report(due.at, timeliness);
@@ -233,6 +268,8 @@ impl<B: Board> Application for SmartCar<B> {
     }
 
     fn skip(&mut self, activity: Activity, due: Due) {
+        // Whatever it was, the car knows less than it should.
+        self.drive.falter();
         match activity {
             Activity::Move(sensor)
             | Activity::Start(sensor)
@@ -253,7 +290,9 @@ impl<B: Board> Application for SmartCar<B> {
                 }
                 self.fuse(sensor, due.at);
             }
-            Activity::Report => {}
+            // Late, but the motors must not go on with what was decided a round ago.
+            Activity::Drive => self.drive.drive(),
+            Activity::Steer | Activity::Report => {}
         }
     }
 }

@@ -15,7 +15,7 @@ use embedded_hal::delay::DelayNs;
 pub(super) struct Head<B: Board> {
     servo: Servo<B::Pwm>,
     sensor: Gp2d02<B::Vin, B::Vout>,
-    calibration: Calibration,
+    calibration: &'static Calibration,
     model: BeamModel,
     validator: Validator,
     direction: BinaryAngle,
@@ -26,11 +26,11 @@ pub(super) struct Head<B: Board> {
 
 impl<B: Board> Head<B> {
     /// Creates the head of a unit with this calibration and accuracy.
-    pub(super) fn new(wires: HeadWires<B>, unit: &super::Unit) -> Self {
+    pub(super) fn new(wires: HeadWires<B>, unit: &'static super::Unit) -> Self {
         Self {
             servo: Servo::new(wires.pwm, super::SERVO),
             sensor: Gp2d02::new(wires.vin, wires.vout),
-            calibration: unit.calibration,
+            calibration: &unit.calibration,
             model: beam_model(unit.accuracy),
             validator: Validator::new(),
             direction: BinaryAngle::ZERO,
@@ -55,6 +55,8 @@ impl<B: Board> Head<B> {
     }
 
     /// Reads the conversion's result, and checks it.
+    // Not inlined: the stack of the main loop is under that of the deepest slot.
+    #[inline(never)]
     pub(super) fn read(&mut self, delay: &mut impl DelayNs, now: Ticks) {
         let answer = match self.trouble {
             None => self.sensor.read(delay).map_err(|fault| fault.reason()),

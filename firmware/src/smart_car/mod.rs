@@ -6,10 +6,12 @@
 //! | [`SCHEDULE`] | its round: who does what at which millisecond |
 //! | [`UNITS`] | the calibrations of its three infrared sensors |
 //! | [`look`], [`mounting`], [`SWEEP`] | where they sit and look |
+//! | [`GOAL`], [`CONTROL`], [`CHASSIS`] | where it goes, how, and on what wheels |
 //!
 //! The papers give the grid and the sensors' range. Where the sensors sit and how finely they sweep
-//! they do not say; the choices here are a model car's.
+//! they do not say, nor that the car moves; the choices here are a model car's.
 
+use crate::motors::MotorModel;
 use crate::ranger::RangerLimits;
 use crate::servo::ServoModel;
 use certainty_core::fusion::{BeamConfig, BeamModel, Geometry, RobustGrid, Shape, owner_bytes};
@@ -18,12 +20,14 @@ use certainty_core::units::{BinaryAngle, Millimeters, Point, Pose};
 use fixed::types::U0F16;
 
 mod application;
+mod drive;
 mod head;
 mod round;
 mod units;
 mod wiring;
 
 pub use application::{Misfit, SmartCar};
+pub use drive::{CHASSIS, CONTROL, Chassis, GOAL, LOOK_AROUND, Odometer};
 pub use round::{SCHEDULE, SLOTS, STATIONS};
 pub use units::{UNITS, Unit};
 pub use wiring::remote_wiring;
@@ -49,6 +53,9 @@ pub const SERVO: ServoModel = ServoModel::COMMON;
 /// What the fixed rangers can tell.
 pub const RANGER: RangerLimits = RangerLimits::SRF04;
 
+/// What the drive motors do with their pulses.
+pub const MOTOR: MotorModel = MotorModel::COMMON;
+
 /// What a reading of a head is checked against: the range, the same word for a whole sweep, and a jump
 /// from one sweep to the next in a world that stands still.
 pub const VALIDATION: ValidationRules = match ValidationRules::try_new(ValidationConfig::sweeping(
@@ -65,7 +72,7 @@ pub const VALIDATION: ValidationRules = match ValidationRules::try_new(Validatio
 /// How long a sweep takes, in ms: a round a direction.
 const SWEEP_MS: u32 = round::PERIOD_MS as u32 * SWEEP.directions() as u32;
 
-/// The car's pose in its grid: in the middle of the lower edge, looking up.
+/// The car's first pose in its grid: in the middle of the lower edge, looking up.
 pub const POSE: Pose = Pose::new(Point::ORIGIN, BinaryAngle::QUARTER);
 
 /// The car's grid: 17 by 11 cells of 10 cm in front of it (\[001\] §6.1).
@@ -136,12 +143,18 @@ pub fn ranger_mounting(slot: u8) -> Pose {
 }
 
 /// Returns what head `slot` of `heads` looks at in step `step` of its sweep: its beam's start and
-/// direction in the map.
+/// direction in the map, of a car that has not moved.
 #[must_use]
 pub fn look(slot: u8, heads: u8, step: u32) -> Pose {
+    look_from(POSE, slot, heads, step)
+}
+
+/// Returns the same of a car that is somewhere else.
+#[must_use]
+pub fn look_from(car: Pose, slot: u8, heads: u8, step: u32) -> Pose {
     let mut head = mounting(slot, heads);
     head.heading = SWEEP.direction(step, slot.into(), heads.into());
-    POSE.compose(head)
+    car.compose(head)
 }
 
 /// Returns how a GP2D02 of this accuracy (\[001\] Table 1) is interpreted: a narrow beam up to

@@ -1,28 +1,64 @@
 //! The Smart Car's round: who does what at which millisecond.
 //!
-//! While the servos turn, the two ultrasonic rangers measure, one after the other. Then the infrared
-//! sensors convert all at once: their heads are a third of a sweep apart, so that none sees another's
-//! light. They are read and fused in the order of their numbers, and the round ends with a report.
+//! Late, while the servos turn, the two ultrasonic rangers measure, one after the other: what they say is of
+//! use to the car that is about to decide where to go. Then the infrared sensors convert all at once: their
+//! heads are a third of a sweep apart, so that none sees another's light. They are read and fused in the order
+//! of their numbers; the car decides, gives its motors what it decided, and reports.
+//!
+//! Motors take a new pulse at the end of a frame of 20 ms, and frames begin with the round. So the slot that
+//! gives it lies well within the second half of a frame: whether a board is some microseconds faster or slower
+//! then changes nothing.
 
 use super::{HEADS, RANGERS, SERVO, SWEEP};
 use crate::gp2d02::CONVERSION_US;
 use crate::ranger::MEASURE_US;
 use certainty_core::health::HealthRules;
 use certainty_core::schedule::{
-    Activity::{Fuse, Measure, Move, Read, Report, Start},
+    Activity::{Drive, Fuse, Measure, Move, Read, Report, Start, Steer},
     Aim, Measuring, Schedule, ScheduleConfig, Signal, Slot, Station,
 };
 use certainty_core::sensor::SensorId;
 use certainty_core::units::BinaryAngle;
 
 /// Slots of the round.
-pub const SLOTS: usize = 17;
+pub const SLOTS: usize = 19;
 
 /// Sensors that the schedule serves: heads and rangers.
 pub const STATIONS: usize = 5;
 
 /// How long a round takes, in ms.
 pub(super) const PERIOD_MS: u16 = 800;
+
+/// When the first of the infrared sensors looks, in ms after the round's start; the others do within the
+/// same frame of the motors.
+const LOOK_AT: u16 = 621;
+
+/// When the motors are told what was decided, in ms after the round's start.
+const DRIVE_AT: u16 = 772;
+
+/// Between two pulses of a motor, in ms.
+pub(super) const FRAME_MS: u16 = super::MOTOR.config().period_us / 1000;
+
+/// In how many frames a car that was told something moves by it until it is told again.
+pub(super) const ROUND_FRAMES: u16 = PERIOD_MS / FRAME_MS;
+
+/// In how many of them until its heads look.
+pub(super) const LOOK_FRAMES: u16 = {
+    let in_frame = DRIVE_AT % FRAME_MS;
+    assert!(PERIOD_MS.is_multiple_of(FRAME_MS) && FRAME_MS == 20);
+    assert!(
+        in_frame >= 12 && in_frame < 18,
+        "too near a frame's middle or end"
+    );
+    let look_in_frame = (LOOK_AT + FRAME_MS / 2) % FRAME_MS;
+    assert!(
+        look_in_frame >= 2 && look_in_frame + 4 < 18,
+        "too near where a frame counts"
+    );
+    // The middle of the next frame: by then its pulse has come.
+    let taken_at = DRIVE_AT - in_frame + FRAME_MS + FRAME_MS / 2;
+    (LOOK_AT + PERIOD_MS - taken_at) / FRAME_MS
+};
 
 /// Infrared sensors that measure at the same time look at least this far apart.
 ///
@@ -83,20 +119,22 @@ pub static SCHEDULE: Schedule<SLOTS, STATIONS> = {
             Slot::new(0, 1, Move(id(1))),
             Slot::new(1, 1, Move(id(2))),
             Slot::new(2, 1, Move(id(3))),
-            Slot::new(10, 60, Measure(id(4))),
-            Slot::new(70, 2, Fuse(id(4))),
-            Slot::new(150, 60, Measure(id(5))),
-            Slot::new(210, 2, Fuse(id(5))),
-            Slot::new(630, 2, Start(id(1))),
-            Slot::new(632, 2, Start(id(2))),
-            Slot::new(634, 2, Start(id(3))),
-            Slot::new(710, 6, Read(id(1))),
-            Slot::new(716, 6, Read(id(2))),
-            Slot::new(722, 6, Read(id(3))),
-            Slot::new(728, 6, Fuse(id(1))),
-            Slot::new(734, 6, Fuse(id(2))),
-            Slot::new(740, 6, Fuse(id(3))),
-            Slot::new(746, 54, Report),
+            Slot::new(444, 60, Measure(id(4))),
+            Slot::new(504, 2, Fuse(id(4))),
+            Slot::new(556, 60, Measure(id(5))),
+            Slot::new(616, 2, Fuse(id(5))),
+            Slot::new(LOOK_AT, 2, Start(id(1))),
+            Slot::new(LOOK_AT + 2, 2, Start(id(2))),
+            Slot::new(LOOK_AT + 4, 2, Start(id(3))),
+            Slot::new(694, 6, Read(id(1))),
+            Slot::new(700, 6, Read(id(2))),
+            Slot::new(706, 6, Read(id(3))),
+            Slot::new(712, 3, Fuse(id(1))),
+            Slot::new(715, 3, Fuse(id(2))),
+            Slot::new(718, 3, Fuse(id(3))),
+            Slot::new(721, 51, Steer),
+            Slot::new(DRIVE_AT, 2, Drive),
+            Slot::new(774, 26, Report),
         ],
         stations: [head(0), head(1), head(2), RANGER_STATION, RANGER_STATION],
     };

@@ -32,7 +32,7 @@ const fn unit(slope: u32, offset_mm: u32, floor: U8F8, accuracy: U0F16) -> Unit 
 /// of A, B and C of \[001\] Table 1.
 ///
 /// Replace them by what `certainty calibrate` finds for yours.
-pub const UNITS: [Unit; HEADS as usize] = [
+pub static UNITS: [Unit; HEADS as usize] = [
     unit(16_866, 14, U8F8::from_bits(17_422), U0F16::lit("0.06")),
     unit(16_572, 16, U8F8::from_bits(18_456), U0F16::lit("0.10")),
     unit(16_573, 12, U8F8::from_bits(19_161), U0F16::lit("0.07")),

@@ -1,8 +1,10 @@
 //! The car's wiring where every connection is at the far end of a link.
 
 use super::{HEADS, RANGERS};
-use crate::board::{HeadWires, RangerWires, Wiring};
-use crate::remote::{Line, Link, RemoteBoard, RemoteOutbox, RemotePin, RemotePwm, RemoteTime};
+use crate::board::{HeadWires, MotorWires, RangerWires, Wiring};
+use crate::remote::{
+    Channel, Line, Link, RemoteBoard, RemoteOutbox, RemotePin, RemotePwm, RemoteTime,
+};
 
 /// Returns the wiring of a car whose pins, pulses and time are at the far end of `link`.
 pub fn remote_wiring<L: Link>(
@@ -11,7 +13,7 @@ pub fn remote_wiring<L: Link>(
     let head = |slot| HeadWires {
         vin: RemotePin::new(link, Line::Vin(slot)),
         vout: RemotePin::new(link, Line::Vout(slot)),
-        pwm: RemotePwm::new(link, slot),
+        pwm: RemotePwm::new(link, Channel::Servo(slot)),
     };
     let ranger = |slot| RangerWires {
         trigger: RemotePin::new(link, Line::Trigger(slot)),
@@ -20,6 +22,10 @@ pub fn remote_wiring<L: Link>(
     Wiring {
         heads: [head(0), head(1), head(2)],
         rangers: [ranger(0), ranger(1)],
+        motors: MotorWires {
+            right: RemotePwm::new(link, Channel::Motor(0)),
+            left: RemotePwm::new(link, Channel::Motor(1)),
+        },
         delay: RemoteTime::new(link),
         stopwatch: RemoteTime::new(link),
         outbox: RemoteOutbox::new(link),

@@ -39,12 +39,13 @@ pub use encoder::{EncodeError, Encoder};
 pub use map_reporter::{MapReporter, TooManyCells};
 pub use map_view::{MapState, MapView};
 pub use report::{
-    Head, Hello, MapEnd, MapPart, PART_CELLS, Ranger, Report, SensorHealth, Statistics,
+    Conduct, Drive, Head, Hello, MapEnd, MapPart, PART_CELLS, Ranger, Report, SensorHealth,
+    Statistics,
 };
 pub use reporter::{Outbox, Reporter};
 
 /// The version of the wire format, the first byte of every frame.
-pub const VERSION: u8 = 1;
+pub const VERSION: u8 = 2;
 
 /// The longest frame, its end included, in bytes.
 ///

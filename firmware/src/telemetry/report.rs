@@ -2,11 +2,13 @@
 
 use super::wire;
 use certainty_core::certainty::Certainty;
+use certainty_core::control::{Caution, Wheels};
 use certainty_core::fusion::Geometry;
 use certainty_core::health::{Confidence, Health, Status};
 use certainty_core::sensor::SensorId;
 use certainty_core::transducer::{Finding, Reading};
-use certainty_core::units::{BinaryAngle, Pose, Ticks};
+use certainty_core::units::{BinaryAngle, Millimeters, Pose, Ticks};
+use core::fmt;
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
@@ -36,6 +38,8 @@ pub enum Report {
     Ranger(Ranger),
     /// How the schedule fares.
     Statistics(Statistics),
+    /// How the robot drives.
+    Drive(Drive),
 }
 
 /// Who reports: the grid that the map parts fill, and what looks into it.
@@ -174,4 +178,70 @@ pub struct Statistics {
     /// Frames that found no room in the outbox since the start; saturates.
     #[serde(with = "wire::number")]
     pub unsent: u32,
+}
+
+/// How the robot drives.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Drive {
+    /// Where it believes to have been when its sensors looked, in the map's frame.
+    #[serde(with = "wire::WirePose")]
+    pub pose: Pose,
+    /// What its wheels are told from now on, in parts of full speed.
+    #[serde(with = "wire::WireWheels")]
+    pub wheels: Wheels,
+    /// Why it does so.
+    pub conduct: Conduct,
+    /// How far the goal is from its pose.
+    #[serde(with = "wire::millimeters")]
+    pub to_goal: Millimeters,
+}
+
+/// Why the robot drives as it does, or does not.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Conduct {
+    /// It stands and looks around, as it does at first.
+    #[default]
+    Looking,
+    /// It goes as fast as its behaviours want: [`Caution::None`].
+    Going,
+    /// [`Caution::Arrived`]: it stands.
+    Arrived,
+    /// [`Caution::Slowed`].
+    Slowed,
+    /// [`Caution::Blind`]: it stands.
+    Blind,
+    /// [`Caution::NoWay`]: it turns on the spot.
+    NoWay,
+    /// A slot of the round was skipped, or nothing was decided in it: it stands.
+    Late,
+    /// A motor cannot be told what to do: it stands, as far as it can be told.
+    Refused,
+}
+
+impl From<Caution> for Conduct {
+    fn from(caution: Caution) -> Self {
+        match caution {
+            Caution::None => Self::Going,
+            Caution::Arrived => Self::Arrived,
+            Caution::Slowed => Self::Slowed,
+            Caution::Blind => Self::Blind,
+            Caution::NoWay => Self::NoWay,
+        }
+    }
+}
+
+impl fmt::Display for Conduct {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Looking => "looking around",
+            Self::Going => "going",
+            Self::Arrived => "arrived",
+            Self::Slowed => "slowed",
+            Self::Blind => "blind",
+            Self::NoWay => "no way",
+            Self::Late => "late",
+            Self::Refused => "motor refused",
+        })
+    }
 }

@@ -4,6 +4,7 @@
 //! a change there either leaves these alone or does not compile. What no type of the core can hold is
 //! refused on the way in.
 
+use certainty_core::control::{Signal, Wheels};
 use certainty_core::fusion::Geometry;
 use certainty_core::health::{Confidence, Status};
 use certainty_core::sensor::SensorId;
@@ -75,6 +76,20 @@ as_number!(ticks: Ticks as u32, Ticks::get, |ticks| Some(Ticks::new(ticks)));
 as_number!(millimeters: Millimeters as u32, Millimeters::get, |mm| {
     Some(Millimeters::new(mm))
 });
+
+as_number!(signal: Signal as u32, |signal| signal.to_bits().cast_unsigned(), |bits| {
+    Some(Signal::from_bits(bits.cast_signed()))
+});
+
+/// The speeds of [`Wheels`].
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Wheels")]
+pub(super) struct WireWheels {
+    #[serde(with = "signal")]
+    right: Signal,
+    #[serde(with = "signal")]
+    left: Signal,
+}
 
 /// A [`Point`]; one beyond its limit, which would be moved, is refused.
 pub(super) mod point {

@@ -31,7 +31,7 @@ impl Bridge {
     ///
     /// # Errors
     ///
-    /// [`Refused`] where the bench has no such line or servo, or where it is broken.
+    /// [`Refused`] where the bench has no such line or channel, or where it is broken.
     pub(super) fn serve(&mut self, request: Request) -> Result<u32, Refused> {
         match request {
             Request::Drive(line, high) => {
@@ -42,8 +42,8 @@ impl Bridge {
                 let level = self.bench.level(line, self.now_ns);
                 level.map(u32::from).map_err(|_| Refused)
             }
-            Request::Pulse(servo, micros) => {
-                let set = self.bench.set_pulse(servo, micros.into(), self.now_ns);
+            Request::Pulse(channel, micros) => {
+                let set = self.bench.set_pulse(channel, micros.into(), self.now_ns);
                 set.map(|()| 0).map_err(|_| Refused)
             }
             Request::Pass(nanoseconds) => {
@@ -85,6 +85,11 @@ impl Bridge {
     /// Hands out the telemetry that came since the last time.
     pub(super) fn take_telemetry(&mut self) -> Vec<u8> {
         core::mem::take(&mut self.telemetry)
+    }
+
+    /// Returns the bench.
+    pub(super) const fn bench(&self) -> &Bench {
+        &self.bench
     }
 
     /// Returns how many bytes of the stack were never used, as the board last said.

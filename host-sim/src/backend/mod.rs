@@ -23,7 +23,7 @@ pub use error::BackendError;
 pub use image::{Image, Sizes};
 pub use received::{Heard, MissingCounts, Received};
 
-use crate::bench::Bench;
+use crate::bench::{Bench, Stage};
 use core::fmt;
 use core::str::FromStr;
 use std::path::Path;
@@ -75,12 +75,14 @@ impl FromStr for Backend {
 }
 
 /// What a backend knows of a run besides what the car reports.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Ran {
     /// What the image takes, where there is one.
     pub sizes: Option<Sizes>,
     /// The deepest the stack ever was, in bytes, where it can be told.
     pub stack_bytes: Option<u32>,
+    /// Where the car truly was in each round, which it cannot know itself.
+    pub stages: Vec<Stage>,
 }
 
 /// Runs the application for `rounds` rounds of its schedule against `bench`.

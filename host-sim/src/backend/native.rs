@@ -48,7 +48,10 @@ pub(super) fn run(
         executive.step(&queue, &mut car);
         let telemetry = link.0.borrow_mut().take_telemetry();
         if !telemetry.is_empty() && enough(&telemetry) {
-            return Ok(Ran::default());
+            return Ok(Ran {
+                stages: link.0.borrow().bench().stages().to_vec(),
+                ..Ran::default()
+            });
         }
     }
 }

@@ -53,6 +53,7 @@ pub(super) fn run(
         // The board tells of its stack where a round ends, after the round's last report.
         if told_enough && kind == wire::FEED {
             return Ok(Ran {
+                stages: bridge.bench().stages().to_vec(),
                 sizes: Some(image.sizes()),
                 stack_bytes: bridge
                     .unused_stack()

@@ -6,7 +6,7 @@ use certainty_core::transducer::{Missing, Reading};
 use certainty_firmware::digest::Digest;
 use certainty_firmware::smart_car::{CELLS, HEADS, STATIONS};
 use certainty_firmware::telemetry::{
-    Decoder, MapState, MapView, Report, SensorHealth, Statistics, Tally,
+    Decoder, Drive, MapState, MapView, Report, SensorHealth, Statistics, Tally,
 };
 
 /// Everything that came out of a board's serial line, put together.
@@ -17,6 +17,7 @@ pub struct Received {
     decoder: Decoder,
     map: MapView<[u8; CELLS]>,
     sensors: [Heard; STATIONS],
+    drives: Vec<Drive>,
     statistics: Statistics,
 }
 
@@ -71,6 +72,7 @@ impl Default for Received {
             decoder: Decoder::new(),
             map: MapView::new([0; CELLS], [0; CELLS]),
             sensors: [Heard::default(); STATIONS],
+            drives: Vec::new(),
             statistics: Statistics::default(),
         }
     }
@@ -100,6 +102,7 @@ impl Received {
                 }
             }
             Report::Statistics(statistics) => self.statistics = *statistics,
+            Report::Drive(drive) => self.drives.push(*drive),
             Report::Hello(_) | Report::Map(_) | Report::Pose(_) => {}
         }
     }
@@ -120,6 +123,12 @@ impl Received {
     #[must_use]
     pub const fn sensors(&self) -> &[Heard; STATIONS] {
         &self.sensors
+    }
+
+    /// Returns how the car drove, a round after the other.
+    #[must_use]
+    pub fn drives(&self) -> &[Drive] {
+        &self.drives
     }
 
     /// Returns what was lost on the line.

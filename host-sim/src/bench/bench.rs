@@ -1,16 +1,18 @@
 //! The Smart Car's devices on one bench: what is on the other side of the board's pins.
 
 use super::fault::{BenchFault, WireFault};
-use super::{Gp2d02Line, LineFault, MILLISECOND, RangerAnswer, RangerLine, ServoShaft};
+use super::{
+    Gp2d02Line, LineFault, MILLISECOND, MovingCar, RangerAnswer, RangerLine, ServoShaft, Stage,
+};
 use crate::experiment::Crew;
 use crate::fault::{Defect, FaultSpec, Faulty, SpecError, Window, assign};
 use crate::transducer::{Gp2d02Unit, Look, Sensor, SimulatedGp2d02};
 use crate::world::World;
 use certainty_core::sensor::SensorId;
 use certainty_core::units::{BinaryAngle, Millimeters, Pose, Ticks};
-use certainty_firmware::remote::Line;
+use certainty_firmware::remote::{Channel, Line};
 use certainty_firmware::smart_car::{
-    HEADS, POSE, RANGER, RANGERS, SCHEDULE, SERVO, STATIONS, mounting, ranger_mounting,
+    HEADS, RANGER, RANGERS, SCHEDULE, SERVO, STATIONS, mounting, ranger_mounting,
 };
 use std::sync::Arc;
 use thiserror::Error;
@@ -44,21 +46,22 @@ pub enum BenchError {
     },
 }
 
-/// There is no such line or servo, or it is broken.
+/// There is no such line or channel, or it is broken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
-#[error("no such line, or it is broken")]
+#[error("no such line or channel, or it is broken")]
 pub struct Broken;
 
 /// The Smart Car's simulated devices, wired to a world.
 ///
 /// Everything is a function of the levels that were set and of the time, in nanoseconds that never
 /// go back. Time zero of windows is the first servo pulse, which is the schedule's: so a board may
-/// boot as long as it likes.
+/// boot as long as it likes. The sensors measure from where the motors have driven the car.
 #[derive(Debug)]
 pub struct Bench {
     heads: Vec<Head>,
     rangers: Vec<Ranger>,
     world: Arc<World>,
+    car: MovingCar,
     epoch_ns: Option<u64>,
 }
 
@@ -137,6 +140,7 @@ impl Bench {
             heads,
             rangers: rangers.collect(),
             world: Arc::clone(&setup.world),
+            car: MovingCar::new(),
             epoch_ns: None,
         })
     }
@@ -147,7 +151,8 @@ impl Bench {
     ///
     /// [`Broken`] for a line that the board does not drive.
     pub fn set_level(&mut self, line: Line, high: bool, now_ns: u64) -> Result<(), Broken> {
-        let instant = self.instant(now_ns);
+        let instant = self.pass_until(now_ns);
+        let car = self.car.pose();
         match line {
             Line::Vin(slot) => {
                 let head = self.heads.get_mut(usize::from(slot)).ok_or(Broken)?;
@@ -161,7 +166,7 @@ impl Bench {
                 } = head;
                 let heading = shaft.angle(now_ns);
                 line.set_vin(high, now_ns, || {
-                    let look = look(mounting(slot, HEADS), heading, instant.at);
+                    let look = look(car, mounting(slot, HEADS), heading, instant.at);
                     unit.byte_for(sensor.sense(&look))
                 });
             }
@@ -171,7 +176,7 @@ impl Bench {
                 let world = &self.world;
                 ranger
                     .line
-                    .set_trigger(high, now_ns, || Some(echo(world, ranger.slot)));
+                    .set_trigger(high, now_ns, || Some(echo(world, car, ranger.slot)));
             }
             Line::Vout(_) | Line::Echo(_) => return Err(Broken),
         }
@@ -184,7 +189,7 @@ impl Bench {
     ///
     /// [`Broken`] for a line that the board does not listen to.
     pub fn level(&mut self, line: Line, now_ns: u64) -> Result<bool, Broken> {
-        let instant = self.instant(now_ns);
+        let instant = self.pass_until(now_ns);
         match line {
             Line::Vout(slot) => {
                 let head = self.heads.get_mut(usize::from(slot)).ok_or(Broken)?;
@@ -200,16 +205,29 @@ impl Bench {
         }
     }
 
-    /// Gives a servo pulses of so many microseconds.
+    /// Gives a channel pulses of so many microseconds.
     ///
     /// # Errors
     ///
-    /// [`Broken`] for a servo that is not there, or whose channel has failed.
-    pub fn set_pulse(&mut self, servo: u8, pulse_us: u32, now_ns: u64) -> Result<(), Broken> {
+    /// [`Broken`] for a servo or a motor that is not there, or whose channel has failed.
+    pub fn set_pulse(
+        &mut self,
+        channel: Channel,
+        pulse_us: u32,
+        now_ns: u64,
+    ) -> Result<(), Broken> {
+        let servo = match channel {
+            Channel::Servo(servo) => servo,
+            Channel::Motor(motor) => {
+                self.pass_until(now_ns);
+                let known = self.car.set_pulse(motor, pulse_us);
+                return if known { Ok(()) } else { Err(Broken) };
+            }
+        };
         if pulse_us > 0 {
             self.epoch_ns.get_or_insert(now_ns);
         }
-        let instant = self.instant(now_ns);
+        let instant = self.pass_until(now_ns);
         let head = self.heads.get_mut(usize::from(servo)).ok_or(Broken)?;
         head.settle_faults(instant, now_ns);
         if head.has(WireFault::ServoOff, instant) {
@@ -217,6 +235,21 @@ impl Bench {
         }
         head.shaft.set_pulse(pulse_us, now_ns);
         Ok(())
+    }
+
+    /// Returns where the car was when its heads looked, a round after the other.
+    #[must_use]
+    pub fn stages(&self) -> &[Stage] {
+        self.car.stages()
+    }
+
+    /// Lets the car move until now, and says when that is.
+    fn pass_until(&mut self, now_ns: u64) -> Instant {
+        if let Some(epoch_ns) = self.epoch_ns {
+            let since_ns = now_ns.saturating_sub(epoch_ns);
+            self.car.advance(&self.world, since_ns);
+        }
+        self.instant(now_ns)
     }
 
     /// When it is, for windows: to the nearest millisecond since the first servo pulse.
@@ -280,9 +313,9 @@ impl Ranger {
 }
 
 /// Where a part of the car looks from, and which way, in the map.
-fn look(mut place: Pose, heading: BinaryAngle, at: Ticks) -> Look {
+fn look(car: Pose, mut place: Pose, heading: BinaryAngle, at: Ticks) -> Look {
     place.heading = heading;
-    let pose = POSE.compose(place);
+    let pose = car.compose(place);
     Look {
         origin: pose.at,
         bearing: pose.heading,
@@ -291,12 +324,13 @@ fn look(mut place: Pose, heading: BinaryAngle, at: Ticks) -> Look {
 }
 
 /// What ranger `slot` hears: the nearest object within its cone of 30°, by rays 5° apart.
-fn echo(world: &World, slot: u8) -> RangerAnswer {
+fn echo(world: &World, car: Pose, slot: u8) -> RangerAnswer {
     let place = ranger_mounting(slot);
     let farthest: Millimeters = RANGER.farthest();
     let rays = (-3..=3).filter_map(|ray| {
         let turned = BinaryAngle::from_millidegrees(ray * 5000);
-        let look = look(place, place.heading.wrapping_add(turned), Ticks::new(0));
+        let heading = place.heading.wrapping_add(turned);
+        let look = look(car, place, heading, Ticks::new(0));
         world.distance(look.origin, look.bearing, farthest)
     });
     match rays.min_by(f64::total_cmp) {

@@ -1,7 +1,7 @@
 //! What hangs on a board's pins.
 
 use super::Bench;
-use certainty_firmware::remote::Line;
+use certainty_firmware::remote::{Channel, Line};
 
 /// The devices on a board's pins, as an emulated board sees them.
 ///
@@ -19,8 +19,8 @@ pub trait Wires {
     /// look at; the answer must depend on the line and the time, not on how often it is asked.
     fn level(&mut self, line: Line, now_ns: u64) -> bool;
 
-    /// Is told that `servo` gets pulses of `width_us` from now on; 0 is none at all.
-    fn set_pulse(&mut self, servo: usize, width_us: u32, now_ns: u64);
+    /// Is told that `channel` gives pulses of `width_us` from now on; 0 is none at all.
+    fn set_pulse(&mut self, channel: Channel, width_us: u32, now_ns: u64);
 }
 
 impl<W: Wires + ?Sized> Wires for &mut W {
@@ -32,8 +32,8 @@ impl<W: Wires + ?Sized> Wires for &mut W {
         (**self).level(line, now_ns)
     }
 
-    fn set_pulse(&mut self, servo: usize, width_us: u32, now_ns: u64) {
-        (**self).set_pulse(servo, width_us, now_ns);
+    fn set_pulse(&mut self, channel: Channel, width_us: u32, now_ns: u64) {
+        (**self).set_pulse(channel, width_us, now_ns);
     }
 }
 
@@ -47,9 +47,7 @@ impl Wires for Bench {
         self.level(line, now_ns).unwrap_or(false)
     }
 
-    fn set_pulse(&mut self, servo: usize, width_us: u32, now_ns: u64) {
-        if let Ok(servo) = u8::try_from(servo) {
-            let _not_wired = self.set_pulse(servo, width_us, now_ns);
-        }
+    fn set_pulse(&mut self, channel: Channel, width_us: u32, now_ns: u64) {
+        let _not_wired = self.set_pulse(channel, width_us, now_ns);
     }
 }

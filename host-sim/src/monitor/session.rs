@@ -4,7 +4,8 @@ use certainty_core::sensor::SensorId;
 use certainty_core::transducer::Reading;
 use certainty_core::units::Pose;
 use certainty_firmware::telemetry::{
-    Damage, Decoder, Frame, Head, Hello, MapState, MapView, Report, SensorHealth, Statistics, Tally,
+    Damage, Decoder, Drive, Frame, Head, Hello, MapState, MapView, Report, SensorHealth,
+    Statistics, Tally,
 };
 use std::collections::BTreeMap;
 
@@ -32,6 +33,7 @@ pub struct Session {
     agreed_at: Option<u64>,
     hello: Option<Hello>,
     pose: Option<Pose>,
+    drive: Option<Drive>,
     sensors: BTreeMap<SensorId, SensorState>,
     rangers: BTreeMap<u8, Reading>,
     statistics: Option<Statistics>,
@@ -49,6 +51,7 @@ impl Session {
             agreed_at: None,
             hello: None,
             pose: None,
+            drive: None,
             sensors: BTreeMap::new(),
             rangers: BTreeMap::new(),
             statistics: None,
@@ -79,6 +82,7 @@ impl Session {
                 if self.hello.is_some_and(|known| known != hello) {
                     // Another board, or another program on it.
                     self.pose = None;
+                    self.drive = None;
                     self.sensors.clear();
                     self.rangers.clear();
                     self.statistics = None;
@@ -91,6 +95,10 @@ impl Session {
                 }
             }
             Report::Pose(pose) => self.pose = Some(pose),
+            Report::Drive(drive) => {
+                self.pose = Some(drive.pose);
+                self.drive = Some(drive);
+            }
             Report::Head(head) => self.sensors.entry(head.sensor).or_default().head = Some(head),
             Report::Health(health) => {
                 self.sensors.entry(health.sensor).or_default().health = Some(health);
@@ -141,6 +149,12 @@ impl Session {
     #[must_use]
     pub const fn pose(&self) -> Option<Pose> {
         self.pose
+    }
+
+    /// Returns how the robot drives.
+    #[must_use]
+    pub const fn drive(&self) -> Option<Drive> {
+        self.drive
     }
 
     /// Returns every sensor that was heard of, in the order of their numbers.

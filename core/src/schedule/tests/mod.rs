@@ -444,6 +444,67 @@ fn sweeps_that_meet_in_too_many_ways_are_refused() {
     assert!(with([30_000, 30_000]).is_ok());
 }
 
+/// The good round, which steers in slot 13 and drives in slot 14.
+const DRIVING: ScheduleConfig<15, 4> = {
+    let mut config = GOOD;
+    config.slots[13].activity = Activity::Steer;
+    config.slots[14].activity = Activity::Drive;
+    config
+};
+
+/// What a driving round is refused with after `change`.
+fn driving_refusal(change: impl FnOnce(&mut ScheduleConfig<15, 4>)) -> ScheduleError {
+    let mut config = DRIVING;
+    change(&mut config);
+    Schedule::try_new(config).unwrap_err()
+}
+
+#[test]
+fn a_round_steers_and_drives_once_all_is_fused() {
+    assert!(Schedule::try_new(DRIVING).is_ok());
+    // Slot 12 fuses A: steering before it, control would not see what A saw.
+    let early = driving_refusal(|c| {
+        c.slots[12].activity = Activity::Steer;
+        c.slots[13].activity = Activity::Fuse(A);
+    });
+    let after = ScheduleError::WrongOrder {
+        slot: 12,
+        after: 13,
+    };
+    assert_eq!(early, after);
+}
+
+#[test]
+fn driving_before_steering_is_refused() {
+    let swapped = driving_refusal(|c| {
+        c.slots[13].activity = Activity::Drive;
+        c.slots[14].activity = Activity::Steer;
+    });
+    let after = ScheduleError::WrongOrder {
+        slot: 13,
+        after: 14,
+    };
+    assert_eq!(swapped, after);
+}
+
+#[test]
+fn steering_without_driving_and_driving_without_steering_are_refused() {
+    for (dropped, activity) in [(13, Activity::Steer), (14, Activity::Drive)] {
+        assert_eq!(
+            driving_refusal(|c| c.slots[dropped].activity = Activity::Report),
+            ScheduleError::NoTurn { activity }
+        );
+    }
+}
+
+#[test]
+fn steering_twice_is_refused() {
+    for activity in [Activity::Steer, Activity::Drive] {
+        let twice = driving_refusal(|c| c.slots[8].activity = activity);
+        assert!(matches!(twice, ScheduleError::Twice { activity: told, .. } if told == activity));
+    }
+}
+
 #[test]
 fn a_refusal_says_which_and_what_to_do_in_one_line() {
     let refused = [
@@ -456,7 +517,7 @@ fn a_refusal_says_which_and_what_to_do_in_one_line() {
         [
             "a sensor is read before its conversion is over: slot 9, sensor 1; begin it at 172 ms \
              or later",
-            "a sensor does the same twice in a round: move sensor 1 in slots 0 and 13; drop one",
+            "the same is done twice in a round: move sensor 1 in slots 0 and 13; drop one",
             "two sensors look the same way at the same time: sensors 1 and 2 in round 0; measure \
              one after the other or shift a sweep",
         ]

@@ -61,6 +61,28 @@ fn broken(round: &Round) -> BTreeSet<&'static str> {
         }
     }
 
+    // Who steers drives, each once, and when all is fused.
+    let of = |activity| (0..slots.len()).filter(move |&i| slots[i].activity == activity);
+    let (steers, drives) = (of(Activity::Steer), of(Activity::Drive));
+    let (steers, drives): (Vec<_>, Vec<_>) = (steers.collect(), drives.collect());
+    if steers.is_empty() != drives.is_empty() {
+        broken.insert("an activity is without its slot");
+    }
+    if steers.len() > 1 || drives.len() > 1 {
+        broken.insert("the same is done twice in a round");
+    }
+    let fused = |slot: &Slot| matches!(slot.activity, Activity::Fuse(_));
+    let last_fused = slots.iter().rposition(fused);
+    let steered = steers.iter().any(|&i| Some(i) < last_fused);
+    if steered
+        || drives
+            .iter()
+            .zip(&steers)
+            .any(|(drive, steer)| drive < steer)
+    {
+        broken.insert("activities are in the wrong order");
+    }
+
     let mut works = Vec::new();
     let every: BTreeSet<_> = slots.iter().filter_map(|s| s.activity.sensor()).collect();
     if every.iter().any(|s| s.slot() >= round.stations.len()) {
@@ -77,14 +99,14 @@ fn broken(round: &Round) -> BTreeSet<&'static str> {
             broken.insert("a sensor cannot do what a slot asks for");
         }
         if wanted.iter().any(|a| !done.contains(a)) {
-            broken.insert("a sensor is without its turn");
+            broken.insert("an activity is without its slot");
         }
         if done.iter().collect::<std::collections::HashSet<_>>().len() < done.len() {
-            broken.insert("a sensor does the same twice in a round");
+            broken.insert("the same is done twice in a round");
         }
         let rank = |a: &Activity| wanted.iter().position(|w| w == a);
         if !done.iter().map(rank).is_sorted() {
-            broken.insert("a sensor's activities are in the wrong order");
+            broken.insert("activities are in the wrong order");
         }
         if done != wanted {
             continue;
@@ -197,6 +219,8 @@ fn meddle(round: &mut Round, (what, which, much): (u8, usize, u16)) {
                 Activity::Read(sensor),
                 Activity::Measure(sensor),
                 Activity::Fuse(sensor),
+                Activity::Steer,
+                Activity::Drive,
             ];
             round.slots[slot].activity = all[which % all.len()];
         }
@@ -253,6 +277,12 @@ fn round() -> impl Strategy<Value = Round> {
                 slots.push(Slot::new(at, lasts, activity));
                 now = at + lasts;
                 free[mine] = now + then;
+            }
+            // Every third round drives.
+            if rest % 3 == 0 {
+                slots.push(Slot::new(now, 1, Activity::Steer));
+                slots.push(Slot::new(now + 1, 1, Activity::Drive));
+                now += 2;
             }
             let mut round = Round {
                 period: now + rest,

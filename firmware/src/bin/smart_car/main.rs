@@ -29,9 +29,9 @@ fn main() -> ! {
     };
     let pins = pins::set_up(chip.RCC, (chip.GPIOA, chip.GPIOB, chip.GPIOC));
     let watchdog = watchdog::Heartbeat::start(chip.IWDG, pins.heartbeat);
-    let timer = pulses::Timer::new(chip.TIM3);
+    let timers = pulses::Timers::new(chip.TIM3, chip.TIM4);
     let outbox = serial::start(chip.USART1, &mut core.NVIC);
-    let wiring = pins.lines.wire(timer.channels(), outbox);
+    let wiring = pins.lines.wire(timers.servos(), timers.motors(), outbox);
     // By reference, or the stack would hold the car twice.
     let Ok(car) = &mut SmartCar::try_new(wiring) else {
         SCB::sys_reset()

@@ -5,7 +5,7 @@ use crate::clock::Time;
 use crate::pulses::Pulses;
 use crate::serial::SerialOutbox;
 use crate::watchdog::Light;
-use certainty_firmware::board::{Board, HeadWires, RangerWires, Wiring};
+use certainty_firmware::board::{Board, HeadWires, MotorWires, RangerWires, Wiring};
 use certainty_firmware::smart_car::{HEADS, RANGERS};
 use core::marker::PhantomData;
 use stm32f1xx_hal::gpio::{
@@ -42,6 +42,7 @@ impl<'a> Board for Stm32f100<'a> {
     type Vin = Vin;
     type Vout = Vout;
     type Pwm = Pulses<'a>;
+    type Motor = Pulses<'a>;
     type Trigger = Trigger;
     type Echo = Echo;
     type Delay = Time;
@@ -70,14 +71,17 @@ pub(crate) struct Lines {
 pub(crate) fn set_up(rcc: RCC, ports: (GPIOA, GPIOB, GPIOC)) -> Pins {
     let mut rcc = rcc.constrain();
     rcc.apb2enr().modify(|_, w| w.usart1en().enabled());
-    rcc.apb1enr().modify(|_, w| w.tim3en().enabled());
+    rcc.apb1enr()
+        .modify(|_, w| w.tim3en().enabled().tim4en().enabled());
     let mut a = ports.0.split(&mut rcc);
     let mut b = ports.1.split(&mut rcc);
     let mut c = ports.2.split(&mut rcc);
-    // The servos and the serial line's output stay with their peripherals for good.
+    // Servos, motors and the serial line's output stay with their peripherals for good.
     a.pa6.into_alternate_push_pull(&mut a.crl);
     a.pa7.into_alternate_push_pull(&mut a.crl);
     b.pb0.into_alternate_push_pull(&mut b.crl);
+    b.pb6.into_alternate_push_pull(&mut b.crl);
+    b.pb7.into_alternate_push_pull(&mut b.crl);
     a.pa9.into_alternate_push_pull(&mut a.crh);
     let high = PinState::High;
     let vin = [
@@ -111,14 +115,15 @@ pub(crate) fn set_up(rcc: RCC, ports: (GPIOA, GPIOB, GPIOC)) -> Pins {
 
 impl Lines {
     /// Puts together what the application is wired to.
-    pub(crate) fn wire(
+    pub(crate) fn wire<'a>(
         self,
-        pulses: [Pulses<'_>; HEADS as usize],
+        servos: [Pulses<'a>; HEADS as usize],
+        [right, left]: [Pulses<'a>; 2],
         outbox: SerialOutbox,
-    ) -> Wiring<Stm32f100<'_>, { HEADS as usize }, { RANGERS as usize }> {
+    ) -> Wiring<Stm32f100<'a>, { HEADS as usize }, { RANGERS as usize }> {
         let [vin_1, vin_2, vin_3] = self.vin;
         let [vout_1, vout_2, vout_3] = self.vout;
-        let [pwm_1, pwm_2, pwm_3] = pulses;
+        let [pwm_1, pwm_2, pwm_3] = servos;
         let [trigger_1, trigger_2] = self.trigger;
         let [echo_1, echo_2] = self.echo;
         let head = |vin, vout, pwm| HeadWires { vin, vout, pwm };
@@ -130,6 +135,7 @@ impl Lines {
                 head(vin_3, vout_3, pwm_3),
             ],
             rangers: [ranger(trigger_1, echo_1), ranger(trigger_2, echo_2)],
+            motors: MotorWires { right, left },
             delay: Time,
             stopwatch: Time,
             outbox,

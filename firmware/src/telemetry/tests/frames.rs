@@ -24,13 +24,13 @@ fn statistics(round: u32) -> Report {
     })
 }
 
-/// By hand: version 1, sequence 0, variant 6, four zeros; zlib's CRC-32 of these seven bytes is
-/// 0xB45B216A; each zero and the start become the distance to the next zero or the end.
+/// By hand: version 2, sequence 0, variant 6, four zeros; zlib's CRC-32 of these seven bytes is
+/// 0x85B33BF7; each zero and the start become the distance to the next zero or the end.
 #[test]
 fn the_first_frame_of_statistics_is_these_bytes() {
     assert_eq!(
         encoded(&mut Encoder::new(), &statistics(0)),
-        [2, 1, 2, 6, 1, 1, 1, 5, 0x6A, 0x21, 0x5B, 0xB4, 0]
+        [2, 2, 2, 6, 1, 1, 1, 5, 0xF7, 0x3B, 0xB3, 0x85, 0]
     );
 }
 
@@ -94,12 +94,16 @@ fn another_version_is_told_and_not_misread() {
 
 #[test]
 fn what_arrived_as_sent_but_is_no_report_is_undecodable() {
-    let cases: [(&str, &[u8]); 9] = [
+    let cases: [(&str, &[u8]); 10] = [
         ("nothing", &[VERSION]),
         ("no report", &[VERSION, 0]),
-        ("an unknown report", &[VERSION, 0, 7, 0, 0, 0, 0]),
+        ("an unknown report", &[VERSION, 0, 8, 0, 0, 0, 0]),
         ("too short", &[VERSION, 0, 6, 0, 0, 0]),
         ("too long", &[VERSION, 0, 6, 0, 0, 0, 0, 0]),
+        (
+            "a drive for no known reason",
+            &[VERSION, 0, 7, 0, 0, 0, 0, 0, 8, 0],
+        ),
         ("sensor zero", &[VERSION, 0, 3, 0, 0, 1]),
         (
             "a grid without columns",

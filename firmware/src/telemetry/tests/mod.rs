@@ -7,6 +7,7 @@ mod map;
 use super::*;
 use crate::smart_car::{CELLS, SmartCarShape};
 use certainty_core::certainty::Certainty;
+use certainty_core::control::{Caution, Signal, Wheels};
 use certainty_core::fusion::{Cell, CertaintyGrid, Environment, Geometry, Measurement, Shape};
 use certainty_core::health::{Confidence, Health, Status};
 use certainty_core::sensor::SensorId;
@@ -209,6 +210,29 @@ fn map_parts() -> impl Strategy<Value = MapPart> {
     })
 }
 
+fn drives() -> impl Strategy<Value = Drive> {
+    let conduct = prop::sample::select(vec![
+        Conduct::Looking,
+        Conduct::from(Caution::None),
+        Conduct::from(Caution::Arrived),
+        Conduct::from(Caution::Slowed),
+        Conduct::from(Caution::Blind),
+        Conduct::from(Caution::NoWay),
+        Conduct::Late,
+        Conduct::Refused,
+    ]);
+    let numbers = any::<(i32, i32, u16, i32, i32, u32)>();
+    (conduct, numbers).prop_map(|(conduct, (x, y, heading, right, left, to_goal))| Drive {
+        pose: Pose::new(Point::from_mm(x, y), BinaryAngle::from_bits(heading)),
+        wheels: Wheels {
+            right: Signal::from_bits(right),
+            left: Signal::from_bits(left),
+        },
+        conduct,
+        to_goal: Millimeters::new(to_goal),
+    })
+}
+
 fn reports() -> impl Strategy<Value = Report> {
     let status = prop::sample::select(vec![
         Status::Healthy,
@@ -258,6 +282,7 @@ fn reports() -> impl Strategy<Value = Report> {
         ),
         (any::<u8>(), readings())
             .prop_map(|(number, reading)| Report::Ranger(Ranger { number, reading })),
+        drives().prop_map(Report::Drive),
         counts.prop_map(|[round, tick, overruns, unsent]| {
             Report::Statistics(Statistics {
                 round,

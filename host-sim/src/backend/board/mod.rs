@@ -6,7 +6,7 @@
 //! thing in the same cycle, every run.
 //!
 //! What is modelled, and how strictly: a peripheral whose clock is off reads 0 and takes nothing; the
-//! PLL and the crystal never get ready; RAM begins as garbage; a servo's new pulse begins with the next
+//! PLL and the crystal never get ready; RAM begins as garbage; a servo's or a motor's new pulse begins with the next
 //! 20 ms; a byte takes its ten bits of time on the serial line; the watchdog bites, and that ends the
 //! run. The processor's cycles are `rsemu`'s count, not silicon's: each instruction one or a few, flash
 //! without wait states.
@@ -308,6 +308,7 @@ pub(super) fn run(
     Ok(Ran {
         sizes: Some(image.sizes()),
         stack_bytes: Some(board.stack_bytes()),
+        stages: board.with_wires(|bench| bench.stages().to_vec()),
     })
 }
 

@@ -1,6 +1,6 @@
 //! Which device hangs on which pin: the wiring of `docs/hardware.md` as a table.
 
-use certainty_firmware::remote::Line;
+use certainty_firmware::remote::{Channel, Line};
 
 /// A GPIO port.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -22,8 +22,26 @@ pub(super) type Pin = (PortName, u8);
 /// Where the firmware's serial output leaves the microcontroller.
 pub(super) const SERIAL_OUT: Pin = (PortName::A, 9);
 
-/// The pins of TIM3's channels 1 to 3, each with a servo on it.
-pub(super) const SERVOS: [Pin; 3] = [(PortName::A, 6), (PortName::A, 7), (PortName::B, 0)];
+/// A timer with pulses on its channels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum TimerName {
+    /// TIM3.
+    Tim3,
+    /// TIM4.
+    Tim4,
+}
+
+/// A timer's channel, from 0, its pin, and what hangs on it.
+pub(super) type Pulsed = (TimerName, usize, Pin, Channel);
+
+/// The channels with something on them.
+pub(super) const PULSED: [Pulsed; 5] = [
+    (TimerName::Tim3, 0, (PortName::A, 6), Channel::Servo(0)),
+    (TimerName::Tim3, 1, (PortName::A, 7), Channel::Servo(1)),
+    (TimerName::Tim3, 2, (PortName::B, 0), Channel::Servo(2)),
+    (TimerName::Tim4, 0, (PortName::B, 6), Channel::Motor(0)),
+    (TimerName::Tim4, 1, (PortName::B, 7), Channel::Motor(1)),
+];
 
 /// The lines and their pins.
 pub(super) const LINES: [(Pin, Line); 10] = [

@@ -2,7 +2,7 @@
 
 use super::elf_of::elf_of;
 use super::*;
-use certainty_firmware::remote::Line;
+use certainty_firmware::remote::{Channel, Line};
 
 /// Nothing on the pins.
 #[derive(Debug)]
@@ -15,7 +15,7 @@ impl Wires for Bare {
         false
     }
 
-    fn set_pulse(&mut self, _: usize, _: u32, _: u64) {}
+    fn set_pulse(&mut self, _: Channel, _: u32, _: u64) {}
 }
 
 /// The vectors up to `SysTick`'s; handlers in the order of their numbers, where there are any.

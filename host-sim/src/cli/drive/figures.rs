@@ -1,10 +1,10 @@
 //! The figures of one run: \[004\] Fig. 6 to 9.
 
+use super::super::outlines::{self, at};
 use crate::export::{ExportError, OutDir};
 use crate::plot::{Axis, Line, LineChart, Span, TrackChart};
 use crate::robot::drive::{Happening, Step};
 use crate::robot::{Drive, Outcome};
-use certainty_core::certainty::Certainty;
 
 /// Draws the track over the world, and over the map where there is one (Fig. 6); the wheels' speeds with
 /// their mean (Fig. 7a to 9a); distance and angle to the goal (Fig. 7b to 9b).
@@ -47,33 +47,16 @@ fn subtitle(drive: &Drive) -> String {
 }
 
 fn track(drive: &Drive, outcome: &Outcome) -> TrackChart {
-    let metres = |(x, y): (f64, f64)| (x / 1000.0, y / 1000.0);
-    let at = |point: certainty_core::units::Point| {
-        metres((f64::from(point.x_mm()), f64::from(point.y_mm())))
-    };
     let course = &drive.course;
-    let outlines = course.world.obstacles().iter().map(|obstacle| {
-        let outline = obstacle.outline();
-        outline.into_iter().map(metres).collect()
-    });
     let mut way = vec![at(course.start.at)];
     way.extend(outcome.steps.iter().map(|step| at(step.pose.at)));
-    let mut cells = Vec::new();
-    if let Some((geometry, certainties)) = &outcome.map {
-        let half = f64::from(geometry.cell_size().get()) / 2000.0;
-        for (cell, &certainty) in geometry.iter().zip(certainties) {
-            if certainty > Certainty::from_bits(192) {
-                let (x, y) = at(geometry.center(cell));
-                let corners = [(-half, -half), (half, -half), (half, half), (-half, half)];
-                cells.push(corners.map(|(dx, dy)| (x + dx, y + dy)).to_vec());
-            }
-        }
-    }
+    let map = outcome.map.as_ref();
+    let cells = map.map(|(geometry, cells)| outlines::of_map(geometry, cells));
     TrackChart {
         title: format!("Track: {}", subtitle(drive)),
         unit: "m".into(),
-        obstacles: outlines.collect(),
-        cells,
+        obstacles: outlines::of_world(&course.world),
+        cells: cells.unwrap_or_default(),
         tracks: vec![Line::new("robot", way)],
         places: vec![at(course.start.at), at(course.goal)],
     }

@@ -7,7 +7,7 @@ use certainty_core::certainty::Certainty;
 use certainty_core::sensor::SensorId;
 use certainty_core::transducer::Reading;
 use certainty_core::units::Pose;
-use certainty_firmware::telemetry::{MapState, Statistics};
+use certainty_firmware::telemetry::{Drive, MapState, Statistics};
 use serde::Serialize;
 
 /// Everything that was heard, and what was not.
@@ -28,6 +28,7 @@ pub(super) struct Document {
     round_ms: Option<u32>,
     map: Option<MapReport>,
     pose: Option<PoseReport>,
+    drive: Option<DriveReport>,
     sensors: Vec<SensorReport>,
     rangers: Vec<RangerReport>,
     statistics: Option<StatisticsReport>,
@@ -53,6 +54,15 @@ struct PoseReport {
     x_mm: i32,
     y_mm: i32,
     heading_deg: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct DriveReport {
+    /// Parts of full speed.
+    right: f64,
+    left: f64,
+    conduct: String,
+    to_goal_mm: u32,
 }
 
 #[derive(Debug, Serialize)]
@@ -109,6 +119,7 @@ impl Document {
             round_ms: session.hello().map(|hello| hello.round_ms),
             map: MapReport::new(session),
             pose: session.pose().map(PoseReport::from),
+            drive: session.drive().map(DriveReport::from),
             sensors: session.sensors().map(SensorReport::from).collect(),
             rangers: rangers.collect(),
             statistics: session.statistics().map(StatisticsReport::from),
@@ -144,6 +155,17 @@ impl From<Pose> for PoseReport {
             x_mm: pose.at.x_mm(),
             y_mm: pose.at.y_mm(),
             heading_deg: signed_degrees(pose.heading),
+        }
+    }
+}
+
+impl From<Drive> for DriveReport {
+    fn from(drive: Drive) -> Self {
+        Self {
+            right: drive.wheels.right.to_num(),
+            left: drive.wheels.left.to_num(),
+            conduct: drive.conduct.to_string(),
+            to_goal_mm: drive.to_goal.get(),
         }
     }
 }

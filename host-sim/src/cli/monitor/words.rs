@@ -9,7 +9,7 @@ use certainty_core::fusion::Geometry;
 use certainty_core::transducer::{Finding, Missing, Reading};
 use certainty_core::units::{BinaryAngle, Pose};
 use certainty_firmware::telemetry::{
-    Damage, Frame, Hello, MapPart, MapState, Report, Statistics, Tally,
+    Damage, Drive, Frame, Hello, MapPart, MapState, Report, Statistics, Tally,
 };
 
 /// The widest and the highest map that is drawn, in cells.
@@ -54,6 +54,7 @@ fn report(report: &Report, session: &Session) -> String {
         }
         Report::Ranger(ranger) => format!("ranger {}: {}", ranger.number, said(ranger.reading)),
         Report::Statistics(statistics) => schedule(statistics),
+        Report::Drive(drive) => format!("drive: {}", driven(drive)),
     }
 }
 
@@ -88,6 +89,17 @@ fn map_part(part: &MapPart, state: MapState) -> String {
 fn place(pose: &Pose) -> String {
     let (x, y) = (pose.at.x_mm(), pose.at.y_mm());
     format!("x {x}mm, y {y}mm, {}", degrees(pose.heading))
+}
+
+fn driven(drive: &Drive) -> String {
+    format!(
+        "{}, wheels {:.2} right, {:.2} left, {}, {} to the goal",
+        place(&drive.pose),
+        drive.wheels.right,
+        drive.wheels.left,
+        drive.conduct,
+        drive.to_goal
+    )
 }
 
 /// An angle from −180 to 180 degrees.
@@ -144,7 +156,9 @@ pub(super) fn screen(port: &Port, session: &Session, coloured: bool) -> String {
         None => format!("{port}: waiting for a hello\n\n"),
     };
     text += &map(session, coloured);
-    if let Some(pose) = session.pose() {
+    if let Some(drive) = session.drive() {
+        text += &format!("robot: {}\n", driven(&drive));
+    } else if let Some(pose) = session.pose() {
         text += &format!("robot: {}\n", place(&pose));
     }
     text += &looks(session);

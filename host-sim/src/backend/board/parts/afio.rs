@@ -8,6 +8,7 @@ pub(crate) struct Afio {
 
 const USART1_REMAP: u32 = 1 << 2;
 const TIM3_REMAP: u32 = 0b11 << 10;
+const TIM4_REMAP: u32 = 1 << 12;
 /// Which debug pins are free; reads as 0.
 const DEBUG_PINS: u32 = 0b111 << 24;
 
@@ -36,6 +37,11 @@ impl Afio {
     pub(crate) const fn tim3_in_place(&self) -> bool {
         self.mapr & TIM3_REMAP == 0
     }
+
+    /// Whether TIM4 comes out on PB6 to PB9.
+    pub(crate) const fn tim4_in_place(&self) -> bool {
+        self.mapr & TIM4_REMAP == 0
+    }
 }
 
 #[cfg(test)]
@@ -50,7 +56,9 @@ mod tests {
         assert!(afio.usart1_in_place() && !afio.tim3_in_place());
         assert_eq!(afio.read(0x04), Some(0b10 << 10));
         afio.write(0x04, 1 << 2);
-        assert!(!afio.usart1_in_place() && afio.tim3_in_place());
+        assert!(!afio.usart1_in_place() && afio.tim3_in_place() && afio.tim4_in_place());
+        afio.write(0x04, 1 << 12);
+        assert!(afio.usart1_in_place() && afio.tim3_in_place() && !afio.tim4_in_place());
         assert_eq!(afio.read(0x08), None);
     }
 }

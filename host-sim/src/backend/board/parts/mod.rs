@@ -10,14 +10,14 @@ mod usart;
 mod watchdog;
 
 use super::BoardError;
-use super::pinout::{LINES, PORTS, Pin, PortName, SERIAL_OUT, SERVOS};
+use super::pinout::{LINES, PORTS, PULSED, Pin, PortName, SERIAL_OUT, TimerName};
 use crate::bench::Wires;
 use afio::Afio;
 use certainty_firmware::remote::Line;
 use core::mem;
 use flash::Flash;
 use gpio::{Drive, Gpio};
-use pwm_timer::{CHANNELS, PwmTimer};
+use pwm_timer::PwmTimer;
 use rcc::{Clocked, Rcc};
 use unmodelled::Unmodelled;
 pub use unmodelled::UnmodelledRegister;
@@ -45,12 +45,13 @@ pub(super) struct Parts<W> {
     afio: Afio,
     ports: [Gpio; PORTS.len()],
     tim3: PwmTimer,
+    tim4: PwmTimer,
     usart1: Usart,
     watchdog: Watchdog,
     unmodelled: Unmodelled,
     /// What the wires were told last.
     told_levels: [bool; LINES.len()],
-    told_pulses: [u32; CHANNELS],
+    told_pulses: [u32; PULSED.len()],
     serial: Vec<u8>,
     failure: Option<BoardError>,
 }
@@ -62,6 +63,7 @@ enum Part {
     Afio,
     Port(PortName),
     Tim3,
+    Tim4,
     Usart1,
     Watchdog,
     Nothing,
@@ -71,6 +73,7 @@ impl Part {
     const fn at(address: u32) -> Self {
         match address & !0x3ff {
             0x4000_0400 => Self::Tim3,
+            0x4000_0800 => Self::Tim4,
             0x4000_3000 => Self::Watchdog,
             0x4001_0000 => Self::Afio,
             0x4001_0800 => Self::Port(PortName::A),
@@ -91,6 +94,7 @@ impl Part {
             Self::Port(PortName::B) => Some(Clocked::GpioB),
             Self::Port(PortName::C) => Some(Clocked::GpioC),
             Self::Tim3 => Some(Clocked::Tim3),
+            Self::Tim4 => Some(Clocked::Tim4),
             Self::Usart1 => Some(Clocked::Usart1),
             Self::Rcc | Self::Flash | Self::Watchdog | Self::Nothing => None,
         }
@@ -106,11 +110,12 @@ impl<W: Wires> Parts<W> {
             afio: Afio::default(),
             ports: Default::default(),
             tim3: PwmTimer::default(),
+            tim4: PwmTimer::default(),
             usart1: Usart::default(),
             watchdog: Watchdog::default(),
             unmodelled: Unmodelled::default(),
             told_levels: LINES.map(|(_, line)| idle_level(line)),
-            told_pulses: [0; CHANNELS],
+            told_pulses: [0; PULSED.len()],
             serial: Vec::new(),
             failure: None,
         }
@@ -137,6 +142,7 @@ impl<W: Wires> Parts<W> {
                 port.read(offset, || levels(port, name, wires, now))
             }
             Part::Tim3 => self.tim3.read(offset, now),
+            Part::Tim4 => self.tim4.read(offset, now),
             Part::Usart1 => self.usart1.read(offset),
             Part::Watchdog => self.watchdog.read(offset, now),
             Part::Nothing => None,
@@ -165,6 +171,7 @@ impl<W: Wires> Parts<W> {
             Part::Afio => self.afio.write(offset, value),
             Part::Port(name) => self.ports[name as usize].write(offset, value),
             Part::Tim3 => self.tim3.write(offset, value, now),
+            Part::Tim4 => self.tim4.write(offset, value, now),
             Part::Usart1 => self.usart1.write(offset, value, now),
             Part::Watchdog => self.watchdog.write(offset, value, now),
             Part::Nothing => false,
@@ -188,6 +195,7 @@ impl<W: Wires> Parts<W> {
                 Clocked::GpioC => self.ports[PortName::C as usize] = Gpio::default(),
                 Clocked::Usart1 => self.usart1 = Usart::default(),
                 Clocked::Tim3 => self.tim3 = PwmTimer::default(),
+                Clocked::Tim4 => self.tim4 = PwmTimer::default(),
             }
         }
     }
@@ -195,6 +203,9 @@ impl<W: Wires> Parts<W> {
     /// Lets the time until cycle `now` pass.
     pub(super) fn advance(&mut self, now: u64) {
         if let Some(loaded_at) = self.tim3.advance(now) {
+            self.tell_pulses(loaded_at);
+        }
+        if let Some(loaded_at) = self.tim4.advance(now) {
             self.tell_pulses(loaded_at);
         }
         self.usart1.advance(now);
@@ -216,6 +227,7 @@ impl<W: Wires> Parts<W> {
         }
         let own = [
             self.tim3.next_event(),
+            self.tim4.next_event(),
             self.usart1.next_event(),
             self.watchdog.bites_at(),
         ];
@@ -271,17 +283,17 @@ impl<W: Wires> Parts<W> {
     }
 
     fn tell_pulses(&mut self, now: u64) {
-        for (servo, pin) in SERVOS.into_iter().enumerate() {
-            let out = self.afio.tim3_in_place() && self.drive(pin) == Drive::Alternate;
-            let cycles = if out {
-                self.tim3.pulse_cycles(servo)
-            } else {
-                0
+        for (index, (timer, channel, pin, wired)) in PULSED.into_iter().enumerate() {
+            let (timer, in_place) = match timer {
+                TimerName::Tim3 => (&self.tim3, self.afio.tim3_in_place()),
+                TimerName::Tim4 => (&self.tim4, self.afio.tim4_in_place()),
             };
+            let out = in_place && self.drive(pin) == Drive::Alternate;
+            let cycles = if out { timer.pulse_cycles(channel) } else { 0 };
             // At most 2^32 cycles: 65,536 counts of 65,536 cycles.
             let width_us = ((cycles + CYCLES_PER_US / 2) / CYCLES_PER_US) as u32;
-            if mem::replace(&mut self.told_pulses[servo], width_us) != width_us {
-                self.wires.set_pulse(servo, width_us, now * CYCLE_NS);
+            if mem::replace(&mut self.told_pulses[index], width_us) != width_us {
+                self.wires.set_pulse(wired, width_us, now * CYCLE_NS);
             }
         }
     }

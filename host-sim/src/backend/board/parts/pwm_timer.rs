@@ -1,7 +1,7 @@
-//! TIM3: a counter and the pulses of its channels 1 to 3 (PWM mode 1, counting up).
+//! TIM3 and TIM4: a counter and the pulses of its channels 1 to 3 (PWM mode 1, counting up).
 
-/// Channels with a servo on them.
-pub(crate) const CHANNELS: usize = 3;
+/// Channels with something on them, at most.
+const CHANNELS: usize = 3;
 
 const COUNTS: u32 = 1; // CR1.CEN
 const BUFFERED_RELOAD: u32 = 1 << 7; // CR1.ARPE

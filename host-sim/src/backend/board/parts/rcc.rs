@@ -9,16 +9,18 @@ pub(crate) enum Clocked {
     GpioC,
     Usart1,
     Tim3,
+    Tim4,
 }
 
 impl Clocked {
-    pub(crate) const ALL: [Self; 6] = [
+    pub(crate) const ALL: [Self; 7] = [
         Self::Afio,
         Self::GpioA,
         Self::GpioB,
         Self::GpioC,
         Self::Usart1,
         Self::Tim3,
+        Self::Tim4,
     ];
 
     /// Its bus, 1 or 2, and its bit in that bus's registers.
@@ -30,6 +32,7 @@ impl Clocked {
             Self::GpioC => (2, 4),
             Self::Usart1 => (2, 14),
             Self::Tim3 => (1, 1),
+            Self::Tim4 => (1, 2),
         }
     }
 }

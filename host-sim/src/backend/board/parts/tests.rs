@@ -1,6 +1,7 @@
 //! The peripherals together: clocks, pins and what hangs on them.
 
 use super::*;
+use certainty_firmware::remote::Channel;
 
 /// Writes down what it is told; Vout 1 and Echo 0 are high.
 #[derive(Debug, Default)]
@@ -15,8 +16,8 @@ impl Wires for Diary {
         matches!(line, Line::Vout(1) | Line::Echo(0))
     }
 
-    fn set_pulse(&mut self, servo: usize, width_us: u32, now_ns: u64) {
-        self.0.push(format!("servo {servo} {width_us} at {now_ns}"));
+    fn set_pulse(&mut self, channel: Channel, width_us: u32, now_ns: u64) {
+        self.0.push(format!("{channel:?} {width_us} at {now_ns}"));
     }
 }
 
@@ -25,6 +26,7 @@ const GPIO_A: u32 = 0x4001_0800;
 const GPIO_B: u32 = 0x4001_0c00;
 const GPIO_C: u32 = 0x4001_1000;
 const TIM3: u32 = 0x4000_0400;
+const TIM4: u32 = 0x4000_0800;
 const USART1: u32 = 0x4001_3800;
 const IWDG: u32 = 0x4000_3000;
 
@@ -32,7 +34,7 @@ const IWDG: u32 = 0x4000_3000;
 fn clocked() -> Parts<Diary> {
     let mut parts = Parts::new(Diary::default());
     parts.write(RCC + 0x18, 0x401d, 0);
-    parts.write(RCC + 0x1c, 0x2, 0);
+    parts.write(RCC + 0x1c, 0x6, 0);
     parts
 }
 
@@ -131,8 +133,24 @@ fn a_servo_gets_pulses_once_its_pin_is_the_timers() {
     parts.advance(160_000);
     assert_eq!(
         parts.wires.0,
-        ["servo 1 1234 at 10000", "servo 1 2000 at 20000000"]
+        ["Servo(1) 1234 at 10000", "Servo(1) 2000 at 20000000"]
     );
+}
+
+#[test]
+fn the_motors_have_a_timer_and_a_clock_of_their_own() {
+    let mut parts = clocked();
+    parts.write(GPIO_B, 0xb444_4444, 0); // PB7
+    for (register, value) in [(0x18, 0x6868), (0x20, 0x11), (0x28, 7), (0x2c, 19_999)] {
+        parts.write(TIM4 + register, value, 0);
+    }
+    parts.write(TIM4 + 0x38, 1_600, 0);
+    parts.write(TIM4 + 0x14, 1, 0);
+    parts.write(TIM4, 0x81, 8);
+    assert_eq!(parts.wires.0, ["Motor(1) 1600 at 1000"]);
+    parts.write(RCC + 0x1c, 0x2, 16); // TIM3's clock only
+    parts.write(TIM4 + 0x38, 1_700, 24);
+    assert_eq!(parts.next_event(), u64::MAX);
 }
 
 #[test]
@@ -146,7 +164,10 @@ fn a_pulse_is_told_to_the_nearest_microsecond() {
     parts.write(TIM3, 1, 0);
     parts.write(TIM3 + 0x34, 4_001, 0); // 1500.375 µs
     parts.write(TIM3 + 0x34, 4_002, 8); // 1500.75 µs
-    assert_eq!(parts.wires.0, ["servo 0 1500 at 0", "servo 0 1501 at 1000"]);
+    assert_eq!(
+        parts.wires.0,
+        ["Servo(0) 1500 at 0", "Servo(0) 1501 at 1000"]
+    );
 }
 
 #[test]

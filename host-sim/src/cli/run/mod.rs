@@ -1,5 +1,7 @@
 //! `certainty run`: the firmware's application on a backend.
 
+mod journey;
+
 use super::panels::{Mark, Panel, side_by_side};
 use super::table::{row, table};
 use super::{Failure, map_image, output};
@@ -13,10 +15,11 @@ use certainty_core::certainty::Certainty;
 use certainty_core::fusion::Geometry;
 use certainty_core::transducer::Reading;
 use certainty_core::units::Ticks;
-use certainty_firmware::smart_car::{FARTHEST, HEADS, NEAREST, SWEEP, look};
+use certainty_firmware::smart_car::{FARTHEST, HEADS, LOOK_AROUND, NEAREST, look_from};
 use clap::Args;
 use core::num::NonZeroU32;
 use core::str::FromStr;
+use journey::{Journey, JourneyReport};
 use serde::Serialize;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -27,8 +30,9 @@ pub(super) struct Arguments {
     /// Where the application runs: native, qemu or board
     #[arg(long, value_name = "BACKEND", default_value_t = Backend::Native)]
     on: Backend,
-    /// How many rounds of the schedule; without it, one sweep of the heads
-    #[arg(long, value_name = "N", default_value_t = u32::from(SWEEP.directions()),
+    /// How many rounds of the schedule; without it, those in which the car stands and looks around, a sweep of
+    /// its heads: then it drives
+    #[arg(long, value_name = "N", default_value_t = LOOK_AROUND,
           value_parser = clap::value_parser!(u32).range(1..=100_000))]
     rounds: u32,
     /// What is wrong with a sensor or its line, such as stuck-far:2 or unplugged:3@3s..8s; repeatable
@@ -48,7 +52,7 @@ pub(super) struct Arguments {
         allow_hyphen_values = true
     )]
     seed: u64,
-    /// Where the map's picture goes
+    /// Where the pictures of map and track go
     #[arg(long, value_name = "DIR", default_value = "out")]
     out: PathBuf,
     /// Print one JSON document instead
@@ -90,6 +94,7 @@ struct Document {
     flash_bytes: Option<u32>,
     static_ram_bytes: Option<u32>,
     stack_bytes: Option<u32>,
+    drive: JourneyReport,
     files: Vec<String>,
 }
 
@@ -171,20 +176,27 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     })?;
     let out = OutDir::create(&arguments.out).map_err(|error| Failure::input(&error))?;
     let map = received.map();
-    let files = draw(map.as_ref(), &out)?;
+    let mut files = draw(map.as_ref(), &out)?;
+    let journey = Journey::new(&received, &ran.stages);
+    let drawn = journey.draw(&world, map.as_ref(), &out);
+    files.extend(drawn.map_err(|error| Failure::input(&error))?);
     if arguments.json {
-        output::print_json(&Document::new(arguments, &received, ran, &files))
+        let document = Document::new(arguments, &received, &ran, journey.report(), &files);
+        output::print_json(&document)
     } else {
-        let reference = reference(&world, received.statistics().round);
-        output::print(&told(arguments, &received, ran, map.as_ref(), &reference))
+        let reference = reference(&world, received.statistics().round, &journey);
+        let mut text = told(arguments, &received, &ran, map.as_ref(), &reference);
+        text += &journey.told();
+        text += &format!("pictures: {}\n", output::listed(&files).join(" "));
+        output::print(&text)
     }
 }
 
 /// The grid of perfect sensors that look where the car's heads did.
-fn reference(world: &Arc<World>, rounds: u32) -> Reference {
+fn reference(world: &Arc<World>, rounds: u32, journey: &Journey<'_>) -> Reference {
     let looks = (0..rounds).flat_map(|round| {
         (0..HEADS).map(move |slot| {
-            let pose = look(slot, HEADS, round);
+            let pose = look_from(journey.pose(round), slot, HEADS, round);
             Look {
                 origin: pose.at,
                 bearing: pose.heading,
@@ -209,7 +221,13 @@ fn draw(map: Option<&(Geometry, Vec<Certainty>)>, out: &OutDir) -> Result<Vec<Pa
 }
 
 impl Document {
-    fn new(arguments: &Arguments, received: &Received, ran: Ran, files: &[PathBuf]) -> Self {
+    fn new(
+        arguments: &Arguments,
+        received: &Received,
+        ran: &Ran,
+        drive: JourneyReport,
+        files: &[PathBuf],
+    ) -> Self {
         let statistics = received.statistics();
         let sensors = sensors(received);
         let whole = |sizes: fn(Sizes) -> u32| ran.sizes.map(sizes);
@@ -226,6 +244,7 @@ impl Document {
             flash_bytes: whole(|sizes| sizes.flash_bytes),
             static_ram_bytes: whole(|sizes| sizes.static_ram_bytes),
             stack_bytes: ran.stack_bytes,
+            drive,
             files: output::listed(files),
         }
     }
@@ -275,7 +294,7 @@ fn said(reading: Reading) -> String {
 fn told(
     arguments: &Arguments,
     received: &Received,
-    ran: Ran,
+    ran: &Ran,
     map: Option<&(Geometry, Vec<Certainty>)>,
     reference: &Reference,
 ) -> String {
@@ -350,6 +369,5 @@ fn told(
         }
         text.push('\n');
     }
-    text += &format!("picture: {}\n", arguments.out.join("run.png").display());
     text
 }

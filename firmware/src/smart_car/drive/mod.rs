@@ -1,0 +1,142 @@
+//! The car's control level: first it looks around, then it drives to its goal.
+//!
+//! In the first [`LOOK_AROUND`] rounds it stands, until every head has swept once. From then on each round
+//! decides once, by \[004\] on the car's own map ([`Controller`]), and gives the motors what was decided at a
+//! fixed time of the round. Nothing measures how far the wheels turn: the pose is reckoned from what the
+//! motors were told ([`Odometer`]).
+//!
+//! It stands where it has arrived; where too little of what lies ahead is seen by sensors that can be believed;
+//! for a round in which a slot was skipped; and while a motor refuses. Dead man's rule: a round in which
+//! nothing was decided tells the motors to stand.
+
+mod odometer;
+mod rules;
+mod senses;
+
+pub use odometer::{CHASSIS, Chassis, Odometer};
+pub use rules::{CONTROL, GOAL};
+pub(super) use senses::Eye;
+use senses::Seen;
+
+use super::round::{LOOK_FRAMES, ROUND_FRAMES};
+use super::{HEADS, MOTOR, POSE, RANGERS, SWEEP};
+use crate::board::{Board, MotorWires};
+use crate::executive::Due;
+use crate::motors::{Motors, Thrust};
+use crate::telemetry::{self, Conduct};
+use certainty_core::control::{ControlRules, Controller, Side, Wheels};
+use certainty_core::fusion::{CertaintyGrid, Environment};
+use certainty_core::units::Pose;
+
+/// In so many rounds the car stands and looks around: those of one sweep.
+pub const LOOK_AROUND: u32 = SWEEP.directions() as u32;
+
+/// Where the car is, what its motors were told, and what it decided to tell them next.
+pub(super) struct Drive<B: Board> {
+    motors: Motors<B::Motor>,
+    controller: Controller<&'static ControlRules>,
+    /// Where the car was when it began to move by `thrust`.
+    began: Odometer,
+    /// What the motors were told last.
+    thrust: Thrust,
+    /// Where the car is when its heads look, until the motors are told anew.
+    looks_from: Pose,
+    /// What was decided in this round, until the motors are told.
+    decided: Option<(Wheels, Conduct)>,
+    /// A slot of this round was skipped.
+    faltered: bool,
+    /// How the round ended.
+    told: telemetry::Drive,
+}
+
+impl<B: Board> Drive<B> {
+    /// Creates the control level of a car that stands at [`POSE`].
+    pub(super) fn new(wires: MotorWires<B>) -> Self {
+        Self {
+            motors: Motors::new(wires.right, wires.left, MOTOR),
+            controller: Controller::new(&CONTROL, Side::Left),
+            began: Odometer::new(POSE),
+            thrust: Thrust::NONE,
+            looks_from: POSE,
+            decided: None,
+            faltered: false,
+            told: told(POSE, Wheels::STOPPED, Conduct::Looking),
+        }
+    }
+
+    /// Returns where the car believes to be when its heads look, until the motors are told anew.
+    pub(super) const fn looks_from(&self) -> Pose {
+        self.looks_from
+    }
+
+    /// Notes that a slot was skipped.
+    pub(super) const fn falter(&mut self) {
+        self.faltered = true;
+    }
+
+    /// Decides what the motors shall be told in this round.
+    ///
+    /// Cost: the cells on 55 lines and a control step.
+    // Not inlined: the scan would stay on the stack of every other slot.
+    #[inline(never)]
+    pub(super) fn steer<G: CertaintyGrid>(
+        &mut self,
+        due: Due,
+        map: &Environment<'_, G>,
+        silent: &[bool; HEADS as usize],
+        rangers: &[Eye<'_>; RANGERS as usize],
+    ) {
+        if due.round < LOOK_AROUND {
+            self.decided = Some((Wheels::STOPPED, Conduct::Looking));
+            return;
+        }
+        // Where it will be when it begins to do what is decided now.
+        let pose = self.began.after(self.thrust, ROUND_FRAMES).pose();
+        let seen = Seen {
+            now: due.at,
+            pose,
+            silent,
+            rangers,
+        };
+        let command = seen.step(&mut self.controller, map);
+        self.decided = Some((command.wheels, command.caution.into()));
+    }
+
+    /// Tells the motors what was decided, or to stand.
+    pub(super) fn drive(&mut self) {
+        self.began = self.began.after(self.thrust, ROUND_FRAMES);
+        let faltered = core::mem::take(&mut self.faltered);
+        let decided = self.decided.take().filter(|_| !faltered);
+        let (mut wheels, mut conduct) = decided.unwrap_or((Wheels::STOPPED, Conduct::Late));
+        self.thrust = match self.motors.drive(wheels) {
+            Ok(thrust) => thrust,
+            Err(_) => {
+                (wheels, conduct) = (Wheels::STOPPED, Conduct::Refused);
+                Thrust::NONE
+            }
+        };
+        if matches!(conduct, Conduct::Late | Conduct::Refused) {
+            // The next step begins with a car that stands.
+            self.controller = Controller::new(&CONTROL, self.controller.kept_side());
+        }
+        self.told = told(self.looks_from, wheels, conduct);
+        self.looks_from = self.began.after(self.thrust, LOOK_FRAMES).pose();
+    }
+
+    /// Returns the report of a round whose motors were told.
+    pub(super) const fn report(&self) -> telemetry::Drive {
+        self.told
+    }
+}
+
+const fn told(pose: Pose, wheels: Wheels, conduct: Conduct) -> telemetry::Drive {
+    telemetry::Drive {
+        pose,
+        wheels,
+        conduct,
+        to_goal: pose.at.distance(GOAL),
+    }
+}
+
+#[cfg(test)]
+mod tests;

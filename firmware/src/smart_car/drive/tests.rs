@@ -1,0 +1,197 @@
+use super::*;
+use crate::remote::{Channel, Link, Refused, RemoteBoard, RemotePwm, Request};
+use crate::smart_car::{CELLS, SENSORS, SmartCarShape};
+use certainty_core::fusion::{BayesGrid, Strength};
+use certainty_core::health::{Confidence, Health};
+use certainty_core::transducer::{Missing, Reading};
+use certainty_core::units::{Point, Ticks};
+use core::cell::{Cell, RefCell};
+
+/// Writes the motors' pulses down, in µs; refuses those of `deaf`.
+#[derive(Default)]
+struct Line {
+    pulses: RefCell<Vec<(u8, u16)>>,
+    deaf: Cell<Option<u8>>,
+}
+
+impl Line {
+    /// What came since the last time.
+    fn take(&self) -> Vec<(u8, u16)> {
+        self.pulses.take()
+    }
+}
+
+impl Link for Line {
+    fn ask(&self, request: Request) -> Result<u32, Refused> {
+        match request {
+            Request::Pulse(Channel::Motor(motor), _) if self.deaf.get() == Some(motor) => {
+                Err(Refused)
+            }
+            Request::Pulse(Channel::Motor(motor), us) => {
+                self.pulses.borrow_mut().push((motor, us));
+                Ok(0)
+            }
+            other => panic!("{other:?}"),
+        }
+    }
+
+    fn pass(&self, _: u32) {}
+
+    fn micros(&self) -> u32 {
+        0
+    }
+
+    fn report(&self, _: &[u8]) {}
+}
+
+fn car(line: &Line) -> Drive<RemoteBoard<'_, Line>> {
+    Drive::new(MotorWires {
+        right: RemotePwm::new(line, Channel::Motor(0)),
+        left: RemotePwm::new(line, Channel::Motor(1)),
+    })
+}
+
+const STANDS: [(u8, u16); 2] = [(0, 1_500), (1, 1_500)];
+
+/// Steers in `round`, on an empty map of sensors with this confidence.
+fn steer(car: &mut Drive<RemoteBoard<'_, Line>>, round: u32, silent: bool, confidence: Confidence) {
+    let grid = BayesGrid::try_new(SmartCarShape, Strength::UNLIMITED, [0; CELLS]).unwrap();
+    let health = [Health::new(confidence); SENSORS as usize];
+    let at = Ticks::new(round * 800 + 721);
+    let reading = if silent {
+        Reading::Missing(Missing::Timeout)
+    } else {
+        Reading::NoObject
+    };
+    let eye = Eye {
+        reading,
+        measured: at,
+        health: &health[0],
+    };
+    let due = Due {
+        round,
+        slot: 16,
+        at,
+    };
+    let map = Environment::new(&grid, &health);
+    car.steer(due, &map, &[silent; 3], &[eye, eye]);
+}
+
+/// A car that has looked around and goes; all it was told is forgotten.
+fn going(line: &Line) -> Drive<RemoteBoard<'_, Line>> {
+    let mut car = car(line);
+    for round in LOOK_AROUND..LOOK_AROUND + 3 {
+        steer(&mut car, round, false, Confidence::FULL);
+        car.drive();
+    }
+    assert_eq!(car.report().conduct, Conduct::Going);
+    assert_ne!(car.thrust, Thrust::NONE);
+    line.take();
+    car
+}
+
+#[test]
+fn it_stands_and_looks_around_for_a_sweep() {
+    let line = Line::default();
+    let mut car = car(&line);
+    for round in 0..37 {
+        steer(&mut car, round, false, Confidence::FULL);
+        car.drive();
+        assert_eq!(line.take(), STANDS, "round {round}");
+        assert_eq!(car.report().conduct, Conduct::Looking);
+    }
+    assert_eq!(car.looks_from(), POSE);
+}
+
+#[test]
+fn then_it_goes_towards_its_goal_and_its_looks_go_with_it() {
+    let line = Line::default();
+    let mut car = going(&line);
+    let before = car.looks_from();
+    steer(&mut car, LOOK_AROUND + 3, false, Confidence::FULL);
+    car.drive();
+    assert_eq!(car.report().pose, before, "of the round that ended");
+    let after = car.looks_from();
+    assert!(after.at.distance(GOAL) < before.at.distance(GOAL));
+    // 80 mm a round at the most.
+    assert!(after.at.distance(before.at).get() <= 80);
+    let told = line.take();
+    assert_eq!(told.len(), 2);
+    assert!(told.iter().all(|(_, us)| (1_000..=2_000).contains(us)));
+}
+
+#[test]
+fn a_round_without_a_decision_tells_the_motors_to_stand() {
+    let line = Line::default();
+    let mut car = going(&line);
+    car.drive();
+    assert_eq!(line.take(), STANDS);
+    assert_eq!(car.report().conduct, Conduct::Late);
+    // What was told before took it a round further, and from now on it stands.
+    let there = car.looks_from();
+    car.drive();
+    assert_eq!(car.looks_from(), there);
+}
+
+#[test]
+fn a_slot_that_is_skipped_makes_it_stand_for_a_round() {
+    let line = Line::default();
+    let mut car = going(&line);
+    steer(&mut car, LOOK_AROUND + 3, false, Confidence::FULL);
+    car.falter();
+    car.drive();
+    assert_eq!(line.take(), STANDS);
+    assert_eq!(car.report().conduct, Conduct::Late);
+    for round in LOOK_AROUND + 4..LOOK_AROUND + 6 {
+        steer(&mut car, round, false, Confidence::FULL);
+        car.drive();
+    }
+    assert_eq!(car.report().conduct, Conduct::Going);
+    assert_ne!(car.thrust, Thrust::NONE);
+}
+
+#[test]
+fn a_motor_that_refuses_makes_the_other_stand() {
+    for (deaf, other) in [(0, 1), (1, 0)] {
+        let line = Line::default();
+        let mut car = going(&line);
+        line.deaf.set(Some(deaf));
+        steer(&mut car, LOOK_AROUND + 3, false, Confidence::FULL);
+        car.drive();
+        assert_eq!(line.take().last(), Some(&(other, 1_500)));
+        assert_eq!(car.report().conduct, Conduct::Refused);
+        let there = car.looks_from();
+        car.drive();
+        assert_eq!(car.looks_from(), there, "it is not reckoned to move");
+    }
+}
+
+#[test]
+fn without_senses_it_stands() {
+    let senses = [(true, Confidence::FULL), (false, Confidence::NONE)];
+    for (silent, confidence) in senses {
+        let line = Line::default();
+        let mut car = going(&line);
+        steer(&mut car, LOOK_AROUND + 3, silent, confidence);
+        car.drive();
+        assert_eq!(line.take(), STANDS);
+        assert_eq!(car.report().conduct, Conduct::Blind);
+    }
+}
+
+#[test]
+fn at_its_goal_it_stands() {
+    let line = Line::default();
+    let mut car = going(&line);
+    car.began = Odometer::new(Pose::new(GOAL, POSE.heading));
+    car.thrust = Thrust::NONE;
+    for round in LOOK_AROUND + 3..LOOK_AROUND + 6 {
+        steer(&mut car, round, false, Confidence::FULL);
+        car.drive();
+    }
+    assert_eq!(line.take()[2..], [STANDS, STANDS].concat());
+    let report = car.report();
+    assert_eq!(report.conduct, Conduct::Arrived);
+    assert_eq!((report.to_goal.get(), report.pose.at), (0, GOAL));
+    assert_eq!(GOAL, Point::from_mm(-300, 700));
+}
