@@ -153,7 +153,17 @@ fn a_run_leaves_its_steps_and_its_charts() {
 fn bad_input_is_one_line_that_says_what_to_do() {
     let folder = tempfile::tempdir().unwrap();
     let inside = "[[box]]\ncenter = [\"0mm\", \"0mm\"]\nsize = [\"1m\", \"1m\"]\n";
-    fs::write(folder.path().join("inside.toml"), inside).unwrap();
+    // Within the robot's half length of its middle, and not at its middle.
+    let beside = "[[disc]]\ncenter = [\"500mm\", \"0mm\"]\nradius = \"100mm\"\n";
+    for (file, text) in [
+        ("inside.toml", inside),
+        ("beside.toml", beside),
+        ("empty.toml", ""),
+        ("nan.toml", &inside.replace("1m", "nan")),
+        ("huge.toml", &inside.replace("1m", "1e300m")),
+    ] {
+        fs::write(folder.path().join(file), text).unwrap();
+    }
     for (arguments, part) in [
         ("--fail XX", "write one of FL, OL"),
         ("--fault stuck-far:XX", "no sensor 'XX'"),
@@ -163,6 +173,16 @@ fn bad_input_is_one_line_that_says_what_to_do() {
         ("--goal 10,0", "has no unit"),
         ("--world inside.toml", "inside an obstacle"),
         ("--world missing.toml", "missing.toml"),
+        ("--world beside.toml", "inside an obstacle"),
+        ("--world empty.toml", "the world has no obstacle"),
+        ("--world nan.toml", "not a finite number"),
+        ("--world huge.toml", "too large"),
+        ("--goal nanm,0m", "not a finite number"),
+        ("--goal 1e300m,0m", "too large"),
+        ("--fault chatter:FL=4", "none can chatter"),
+        ("--fault stuck-near:FL=90deg", "unknown unit 'deg'"),
+        ("--study --worlds 0", "0 is not in 1..="),
+        ("--out inside.toml", "cannot be made a directory"),
         ("--worlds 3", "--study"),
         ("--study --fail FL", "--study"),
     ] {
