@@ -2,18 +2,18 @@
 
 use super::course::Course;
 use super::sensors::{
-    FARTHEST, Glance, SCANNER, SCANNER_POSE, beam_model, cross_check, rangefinders,
+    FARTHEST, Glance, SCANNER, SCANNER_POSE, beam_model, cross_check, rangefinders, validation,
 };
 use crate::fusion::{HostMapper, Method, UnknownMethod};
 use certainty_core::certainty::Certainty;
 use certainty_core::control::{
     Blame, Command, ControlConfig, ControlRules, Controller, CoverageConfig, CrossCheck, Dated,
-    Failures, PerBeam, SENSORS, Side, Signal, Situation, beam_bearing,
+    Failures, PerBeam, PerRangefinder, SENSORS, Side, Signal, Situation, beam_bearing,
 };
 use certainty_core::fusion::{Beam, BeamModel};
 use certainty_core::health::{Health, HealthConfig};
 use certainty_core::sensor::SensorId;
-use certainty_core::transducer::Reading;
+use certainty_core::transducer::{Reading, ValidationRules, Validator};
 use certainty_core::units::{Point, Pose, Ticks};
 use core::fmt;
 use core::str::FromStr;
@@ -115,9 +115,11 @@ pub struct Pilot {
     model: BeamModel,
 }
 
-/// What the fusion level knows of the sensors.
+/// What is known of the sensors by themselves, by each other and by the fusion level.
 #[derive(Debug)]
 struct Diagnosis {
+    validators: PerRangefinder<Validator>,
+    rules: ValidationRules,
     mapper: HostMapper,
     check: CrossCheck,
     /// Whether its map is also the histogram's.
@@ -180,6 +182,8 @@ impl Pilot {
     pub fn new(course: &Course, rules: ControlRules, mode: HealthMode, source: MapSource) -> Self {
         let sensors = SENSORS as u8;
         let diagnosis = (mode == HealthMode::Diagnosed).then(|| Diagnosis {
+            validators: [Validator::new(); SENSORS - 1],
+            rules: validation(),
             mapper: course.map(Method::Robust, sensors),
             check: CrossCheck::new(cross_check()),
             shown: source == MapSource::Map(Method::Robust),
@@ -212,6 +216,11 @@ impl Pilot {
         given: Failures,
     ) -> Decision {
         let model = self.model;
+        let mut validated = glance.clone();
+        if let Some(own) = &mut self.diagnosis {
+            own.validate(&mut validated, pose, now);
+        }
+        let glance = &validated;
         let checked = self.diagnosis.as_mut().map(|own| own.check(glance));
         let checked = checked.unwrap_or(Failures::NONE);
         let own = self.diagnosis.iter_mut().map(|own| &mut own.mapper);
@@ -251,6 +260,20 @@ impl Pilot {
 }
 
 impl Diagnosis {
+    /// Takes out what no sound rangefinder says: the same millimetre, wherever it looks.
+    fn validate(&mut self, glance: &mut Glance, robot: Pose, now: Ticks) {
+        let own = glance.rangefinders.iter_mut().zip(&mut self.validators);
+        for ((reading, validator), mounting) in own.zip(rangefinders()) {
+            let word = match *reading {
+                Reading::Echo(distance) => Some(distance.get() as u8),
+                Reading::NoObject | Reading::TooNear | Reading::Missing(_) => None,
+            };
+            let bearing = robot.compose(mounting).heading;
+            let validated = validator.validate(&self.rules, *reading, word, bearing, now);
+            *reading = validated.reading;
+        }
+    }
+
     /// What the cross-check says after this glance.
     fn check(&mut self, glance: &Glance) -> Failures {
         self.check.observe(&glance.rangefinders, &glance.scan);
