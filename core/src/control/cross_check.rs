@@ -135,9 +135,13 @@ impl CrossCheck {
         let points = points(scan, config.scanner);
         let all = config.rangefinders.iter().zip(rangefinders);
         for (suspicion, (&mounting, &reading)) in suspicion.iter_mut().zip(all) {
+            let heard = !matches!(reading, Reading::Missing(_));
             let step = match config.verdict(mounting, reading, scan, &points) {
                 Verdict::Agreement => i16::from(config.agreement).saturating_neg(),
                 Verdict::Contradiction => config.contradiction.into(),
+                // Who is not heard accuses nobody: a robot that stands, blinded by what a sensor said
+                // before it was taken out, would stand for ever.
+                Verdict::Silence if !heard => suspicion.signum().saturating_neg(),
                 // What they agreed on before does not speak for them for ever.
                 Verdict::Silence => i16::from(*suspicion < 0),
             };

@@ -158,6 +158,23 @@ fn a_scanner_that_breaks_after_a_rangefinder_is_found_too() {
     assert_eq!(check.failures().scanner, Failure::TOTAL);
 }
 
+/// 48 by 1 a reading.
+#[test]
+fn what_a_sensor_said_is_forgotten_once_it_is_not_heard() {
+    let mut check = CrossCheck::new(config());
+    for _ in 0..20 {
+        check.observe(&of_wall(), &[Reading::NoObject; BEAMS]);
+    }
+    let missing = [Reading::Missing(Missing::Implausible); RANGEFINDERS];
+    for _ in 0..47 {
+        check.observe(&missing, &wall());
+    }
+    assert_ne!(check.suspicion, [0; RANGEFINDERS]);
+    check.observe(&missing, &wall());
+    assert_eq!(check.suspicion, [0; RANGEFINDERS]);
+    assert_eq!(check.failures(), Failures::NONE);
+}
+
 #[test]
 fn a_sensor_that_agrees_again_is_believed_again() {
     let mut check = CrossCheck::new(config());
