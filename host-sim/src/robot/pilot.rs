@@ -2,8 +2,9 @@
 
 use super::course::Course;
 use super::sensors::{
-    FARTHEST, Glance, SCANNER, SCANNER_POSE, beam_model, cross_check, rangefinders, validation,
+    FARTHEST, Glance, SCANNER, SCANNER_POSE, beam_model, cross_check, rangefinders,
 };
+use super::watch::Watch;
 use crate::fusion::{HostMapper, Method, UnknownMethod};
 use certainty_core::certainty::Certainty;
 use certainty_core::control::{
@@ -13,7 +14,7 @@ use certainty_core::control::{
 use certainty_core::fusion::{Beam, BeamModel};
 use certainty_core::health::{Health, HealthConfig};
 use certainty_core::sensor::SensorId;
-use certainty_core::transducer::{Reading, ValidationRules, Validator};
+use certainty_core::transducer::Reading;
 use certainty_core::units::{Point, Pose, Ticks};
 use core::fmt;
 use core::str::FromStr;
@@ -118,8 +119,7 @@ pub struct Pilot {
 /// What is known of the sensors by themselves, by each other and by the fusion level.
 #[derive(Debug)]
 struct Diagnosis {
-    validators: PerRangefinder<Validator>,
-    rules: ValidationRules,
+    watches: PerRangefinder<Watch>,
     mapper: HostMapper,
     check: CrossCheck,
     /// Whether its map is also the histogram's.
@@ -182,8 +182,7 @@ impl Pilot {
     pub fn new(course: &Course, rules: ControlRules, mode: HealthMode, source: MapSource) -> Self {
         let sensors = SENSORS as u8;
         let diagnosis = (mode == HealthMode::Diagnosed).then(|| Diagnosis {
-            validators: [Validator::new(); SENSORS - 1],
-            rules: validation(),
+            watches: core::array::from_fn(|_| Watch::new()),
             mapper: course.map(Method::Robust, sensors),
             check: CrossCheck::new(cross_check()),
             shown: source == MapSource::Map(Method::Robust),
@@ -260,17 +259,11 @@ impl Pilot {
 }
 
 impl Diagnosis {
-    /// Takes out what no sound rangefinder says: the same millimetre, wherever it looks.
+    /// Takes out what no sound rangefinder says.
     fn validate(&mut self, glance: &mut Glance, robot: Pose, now: Ticks) {
-        let own = glance.rangefinders.iter_mut().zip(&mut self.validators);
-        for ((reading, validator), mounting) in own.zip(rangefinders()) {
-            let word = match *reading {
-                Reading::Echo(distance) => Some(distance.get() as u8),
-                Reading::NoObject | Reading::TooNear | Reading::Missing(_) => None,
-            };
-            let bearing = robot.compose(mounting).heading;
-            let validated = validator.validate(&self.rules, *reading, word, bearing, now);
-            *reading = validated.reading;
+        let own = glance.rangefinders.iter_mut().zip(&mut self.watches);
+        for ((reading, watch), mounting) in own.zip(rangefinders()) {
+            *reading = watch.judge(*reading, robot.compose(mounting), now);
         }
     }
 

@@ -9,7 +9,7 @@ use certainty_core::control::{
 };
 use certainty_core::fusion::{BeamConfig, BeamModel, Behind};
 use certainty_core::sensor::SensorId;
-use certainty_core::transducer::{Reading, ValidationConfig, ValidationRules};
+use certainty_core::transducer::Reading;
 use certainty_core::units::{BinaryAngle, Millimeters, Point, Pose, Ticks};
 use fixed::types::U0F16;
 use rand_chacha::ChaCha8Rng;
@@ -77,27 +77,6 @@ pub fn beam_model() -> BeamModel {
         ..BeamConfig::narrow(FARTHEST)
     };
     BeamModel::try_new(config).expect("a range of 4 m")
-}
-
-/// Returns what the readings of one rangefinder are held to.
-///
-/// With noise of 15 mm two readings are the same to the millimetre once in fifty times: eight more of
-/// the same in new directions are no measurement.
-///
-/// # Panics
-///
-/// Never: the parameters are constants that a test tries.
-#[must_use]
-pub fn validation() -> ValidationRules {
-    let config = ValidationConfig {
-        nearest: NEAREST,
-        farthest: FARTHEST,
-        jump: Millimeters::new(FARTHEST.get() / 2),
-        speed_mm_s: 1000,
-        compare_within: 100,
-        same_word: 8,
-    };
-    ValidationRules::try_new(config).expect("a range of 4 m")
 }
 
 /// Returns what the cross-check is told of the sensors.
@@ -298,7 +277,6 @@ mod tests {
             );
         }
         assert_eq!(beam_model().config().farthest, FARTHEST);
-        assert_eq!(validation().config().farthest, FARTHEST);
     }
 
     #[test]
