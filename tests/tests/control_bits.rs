@@ -30,9 +30,9 @@ fn a_control_step_takes_the_instructions_that_are_written_down() {
     assert_eq!(ran.code, Some(0), "{ran:?}");
     let printed = format!("{}{}", ran.stdout, ran.stderr);
     for (scene, expected) in [
-        ("open", 9339),
-        ("a post ahead", 32_962),
-        ("walls all around", 155_988),
+        ("open", 9786),
+        ("a post ahead", 33_264),
+        ("walls all around", 153_578),
     ] {
         let line = printed
             .lines()

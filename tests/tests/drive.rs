@@ -1,5 +1,7 @@
 //! `certainty drive`: the contract, the simulations of \[004\], and what the diagnosis is worth.
 
+use certainty_sim::robot::study::{Case, Study, Trial};
+use certainty_sim::robot::{HealthMode, Manner, MapSource};
 use certainty_tests::program::{Ran, command, keys, run};
 use core::time::Duration;
 use serde_json::Value;
@@ -153,7 +155,17 @@ fn a_run_leaves_its_steps_and_its_charts() {
 fn bad_input_is_one_line_that_says_what_to_do() {
     let folder = tempfile::tempdir().unwrap();
     let inside = "[[box]]\ncenter = [\"0mm\", \"0mm\"]\nsize = [\"1m\", \"1m\"]\n";
-    fs::write(folder.path().join("inside.toml"), inside).unwrap();
+    // Within the robot's half length of its middle, and not at its middle.
+    let beside = "[[disc]]\ncenter = [\"500mm\", \"0mm\"]\nradius = \"100mm\"\n";
+    for (file, text) in [
+        ("inside.toml", inside),
+        ("beside.toml", beside),
+        ("empty.toml", ""),
+        ("nan.toml", &inside.replace("1m", "nan")),
+        ("huge.toml", &inside.replace("1m", "1e300m")),
+    ] {
+        fs::write(folder.path().join(file), text).unwrap();
+    }
     for (arguments, part) in [
         ("--fail XX", "write one of FL, OL"),
         ("--fault stuck-far:XX", "no sensor 'XX'"),
@@ -163,6 +175,16 @@ fn bad_input_is_one_line_that_says_what_to_do() {
         ("--goal 10,0", "has no unit"),
         ("--world inside.toml", "inside an obstacle"),
         ("--world missing.toml", "missing.toml"),
+        ("--world beside.toml", "inside an obstacle"),
+        ("--world empty.toml", "the world has no obstacle"),
+        ("--world nan.toml", "not a finite number"),
+        ("--world huge.toml", "too large"),
+        ("--goal nanm,0m", "not a finite number"),
+        ("--goal 1e300m,0m", "too large"),
+        ("--fault chatter:FL=4", "none can chatter"),
+        ("--fault stuck-near:FL=90deg", "unknown unit 'deg'"),
+        ("--study --worlds 0", "0 is not in 1..="),
+        ("--out inside.toml", "cannot be made a directory"),
         ("--worlds 3", "--study"),
         ("--study --fail FL", "--study"),
     ] {
@@ -187,4 +209,65 @@ fn the_study_has_every_case() {
     assert_eq!(report["failures"].as_array().unwrap().len(), 2 * 4 * 3);
     // 6 simulations, 28 sets of sensors by three kinds and three modes, and the header.
     assert_eq!(csv.lines().count(), 6 + 28 * 3 * 3 + 1);
+}
+
+/// The trials of a case in the worlds that nothing was chosen on.
+fn trials(case: &Case, worlds: u32) -> Vec<Trial> {
+    let study = Study {
+        seed: 1001,
+        worlds,
+        map: MapSource::Beams,
+        manner: Manner::default(),
+    };
+    study.drive(case).unwrap()
+}
+
+fn mean(trials: &[Trial], value: impl Fn(&Trial) -> f64) -> f64 {
+    trials.iter().map(value).sum::<f64>() / trials.len() as f64
+}
+
+/// \[004\] §4: the goal is reached; without FL E is worse and the robot slower; without the scanner it
+/// still gets there in most worlds.
+#[test]
+fn the_simulations_come_out_as_the_paper_says() {
+    let driven = Study::simulations();
+    let driven: Vec<Vec<Trial>> = driven[..3].iter().map(|case| trials(case, 16)).collect();
+    let [sound, without_fl, without_scanner] = &driven[..] else {
+        panic!("three simulations");
+    };
+    let reached = |trials: &[Trial]| mean(trials, |trial| f64::from(u8::from(trial.reached)));
+    assert!(reached(sound) >= 0.85, "{}", reached(sound));
+    assert!(
+        reached(without_scanner) > 0.5,
+        "{}",
+        reached(without_scanner)
+    );
+    let error = |trials: &[Trial]| mean(trials, |trial| trial.error);
+    assert!(error(without_fl) > error(sound));
+    let speed = |trials: &[Trial]| mean(trials, |trial| trial.mean_speed);
+    assert!(speed(without_fl) < speed(sound));
+    assert!(speed(without_scanner) < speed(sound));
+}
+
+/// Nobody tells the robot which rangefinder sees a phantom beside it.
+#[test]
+fn with_a_sensor_stuck_near_the_diagnosis_halves_the_collisions_at_least() {
+    let collisions = |health| {
+        let cases = Study::failures();
+        let cases = cases
+            .iter()
+            .filter(|case| case.name == "stuck-near" && case.failing == 1 && case.health == health);
+        let all = cases.flat_map(|case| trials(case, 5));
+        all.fold((0, 0), |(touched, reached), trial| {
+            (
+                touched + trial.collisions,
+                reached + u32::from(trial.reached),
+            )
+        })
+    };
+    let (diagnosed, arrived) = collisions(HealthMode::Diagnosed);
+    let (ignored, astray) = collisions(HealthMode::Ignored);
+    assert!(2 * diagnosed <= ignored, "{diagnosed} {ignored}");
+    // Of 35.
+    assert!(arrived > 18 && astray < 18, "{arrived} {astray}");
 }

@@ -1,7 +1,7 @@
 //! How much of what lies ahead is seen by sensors that can be believed.
 
 use super::motion::{bounded, scaled};
-use super::{PerRangefinder, Signal};
+use super::{PerRangefinder, RANGEFINDERS, Signal};
 
 /// What each sensor sees of what lies ahead, and how much must be seen.
 ///
@@ -10,7 +10,8 @@ use super::{PerRangefinder, Signal};
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct CoverageConfig {
-    /// What each rangefinder sees, of all that a robot at full speed must.
+    /// What each rangefinder sees, of all that a robot at full speed must; the first half looks to
+    /// the left, as in \[004\] eq. 4.
     #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
     pub rangefinders: PerRangefinder<Signal>,
     /// What the scanner sees.
@@ -30,15 +31,21 @@ impl Coverage {
     /// Returns what sensors see of which so much is left: 1 less their failure, 0 of a sensor that is
     /// silent.
     ///
-    /// Formula: Σ seen · left, at most 1.
+    /// Formula: the scanner's seen · left and twice Σ seen · left of the rangefinders on the side that
+    /// sees less, at most 1. What is seen on the right is no help against what stands on the left.
     #[must_use]
     pub fn of(config: &CoverageConfig, left: &PerRangefinder<Signal>, scanner: Signal) -> Self {
-        let first = scaled(scanner, config.scanner);
-        let parts = config.rangefinders.iter().zip(left);
-        let sum = parts.fold(first, |sum, (&sees, &left)| {
+        const HALF: usize = RANGEFINDERS / 2;
+        let parts = || config.rangefinders.iter().zip(left);
+        let sum = |sum: Signal, (&sees, &left): (&Signal, &Signal)| {
             sum.saturating_add(scaled(left, sees))
-        });
-        Self(bounded(sum, Signal::ZERO, Signal::ONE))
+        };
+        let on_the_left = parts().take(HALF).fold(Signal::ZERO, sum);
+        let on_the_right = parts().skip(HALF).fold(Signal::ZERO, sum);
+        let weaker = on_the_left.min(on_the_right);
+        let both = weaker.saturating_add(weaker);
+        let seen = scaled(scanner, config.scanner).saturating_add(both);
+        Self(bounded(seen, Signal::ZERO, Signal::ONE))
     }
 
     /// Returns the part, 0..=1.
@@ -91,8 +98,16 @@ mod tests {
     }
 
     #[test]
+    fn one_side_does_not_make_up_for_the_other() {
+        assert_eq!(fastest([1.0, 1.0, 1.0, 0.0, 0.0, 0.0], 0.0), 0.0);
+        assert_eq!(fastest([0.0, 0.0, 0.0, 1.0, 1.0, 1.0], 0.5), 0.5);
+    }
+
+    #[test]
     fn too_little_coverage_slows_and_then_stops_it() {
-        assert_eq!(fastest([0.0, 1.0, 1.0, 1.0, 1.0, 1.0], 0.0), 0.5);
+        // 2 · (0.25 / 2 + 0.125), and 2 · 0.125 with one or both that look ahead failed.
+        assert_eq!(fastest([0.5, 1.0, 1.0, 1.0, 1.0, 1.0], 0.0), 0.5);
+        assert_eq!(fastest([0.0, 1.0, 1.0, 1.0, 1.0, 1.0], 0.0), 0.25);
         assert_eq!(fastest([0.0, 1.0, 1.0, 1.0, 1.0, 0.0], 0.0), 0.25);
         assert_eq!(fastest([0.0, 0.0, 1.0, 1.0, 1.0, 0.0], 0.0), 0.0);
         assert_eq!(fastest([0.0; 6], 0.0), 0.0);

@@ -68,18 +68,52 @@ pub enum Verdict {
 /// A pair that contradicts itself has a broken member, and does not say which. Who it is the other pairs
 /// say: a broken rangefinder contradicts the scanner alone, a broken scanner every rangefinder that sees
 /// something. So the one failure that explains most is preferred to several (consistency-based
-/// diagnosis); one pair alone leaves both in doubt by half.
+/// diagnosis); one pair alone leaves both in doubt by half. An explanation that stands already is
+/// cheaper than a new one: a sensor that was found broken stays what is wrong while the others see
+/// nothing that could speak for the scanner.
 ///
 /// Unlike a grid's comparison of cells this takes whole readings: it does not drown in the free cells
 /// that even a blind sensor agrees on. Prefer the grid's [`Health`](crate::health::Health) for sensors
 /// that look where others have been.
 ///
-/// Cost: 101 products of vectors a rangefinder. Memory: 12 bytes and the configuration.
+/// Cost: 101 products of vectors a rangefinder. Memory: 20 bytes and the
+/// configuration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct CrossCheck {
     config: CrossCheckConfig,
     suspicion: PerRangefinder<i16>,
+    /// Who is found broken, and stands for it.
+    standing: Standing,
+}
+
+/// Which failures explain what was observed so far.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+struct Standing {
+    rangefinders: PerRangefinder<bool>,
+    scanner: bool,
+}
+
+impl Standing {
+    const NOBODY: Self = Self {
+        rangefinders: [false; super::RANGEFINDERS],
+        scanner: false,
+    };
+
+    /// Takes in who has failed by three quarters, and lets go of who has by less than a quarter.
+    fn settle(&mut self, failures: &Failures) {
+        const QUARTER: Signal = Signal::lit("0.25");
+        let own = self.rangefinders.iter_mut().chain([&mut self.scanner]);
+        let all = failures.rangefinders.iter().chain([&failures.scanner]);
+        for (stands, failure) in own.zip(all) {
+            *stands = if *stands {
+                failure.part() >= QUARTER
+            } else {
+                failure.left() <= QUARTER
+            };
+        }
+    }
 }
 
 impl CrossCheck {
@@ -89,18 +123,25 @@ impl CrossCheck {
         Self {
             config,
             suspicion: [0; super::RANGEFINDERS],
+            standing: Standing::NOBODY,
         }
     }
 
     /// Takes in what all sensors say at the same time.
     pub fn observe(&mut self, rangefinders: &PerRangefinder<Reading>, scan: &PerBeam<Reading>) {
-        let Self { config, suspicion } = self;
+        let Self {
+            config, suspicion, ..
+        } = self;
         let points = points(scan, config.scanner);
         let all = config.rangefinders.iter().zip(rangefinders);
         for (suspicion, (&mounting, &reading)) in suspicion.iter_mut().zip(all) {
+            let heard = !matches!(reading, Reading::Missing(_));
             let step = match config.verdict(mounting, reading, scan, &points) {
                 Verdict::Agreement => i16::from(config.agreement).saturating_neg(),
                 Verdict::Contradiction => config.contradiction.into(),
+                // Who is not heard accuses nobody: a robot that stands, blinded by what a sensor said
+                // before it was taken out, would stand for ever.
+                Verdict::Silence if !heard => suspicion.signum().saturating_neg(),
                 // What they agreed on before does not speak for them for ever.
                 Verdict::Silence => i16::from(*suspicion < 0),
             };
@@ -113,23 +154,31 @@ impl CrossCheck {
                 sum.max(least.saturating_neg())
             };
         }
+        let failures = self.failures();
+        self.standing.settle(&failures);
     }
 
     /// Returns the failures that explain what was observed.
     ///
-    /// Formula: with `x_i` the suspicion of pair i and λ what a failure costs, a broken scanner explains
-    /// `S = Σ x_i − λ`, broken rangefinders explain `R = Σ max(0, x_i − λ)`. The scanner's share of the
-    /// blame is ½ + (S − R) / 2λ within 0..=1; its failure is that share of S / λ, rangefinder i's the
-    /// rest's of `(x_i − λ) / λ`, each within 0..=1.
+    /// Formula: with `x_i` the suspicion of pair i and λ what a failure costs, half of that where it
+    /// stands already, a broken scanner explains `S = Σ x_i − λ_s`, broken rangefinders explain
+    /// `R = Σ max(0, x_i − λ_i)`. The scanner's share of the blame is ½ + (S − R) / 2λ within 0..=1; its
+    /// failure is that share of S / λ, rangefinder i's the rest's of `(x_i − λ_i) / λ`, each within
+    /// 0..=1.
     #[must_use]
     pub fn failures(&self) -> Failures {
         let cost = i32::from(self.config.unlikely).max(1);
-        let over = |x: i16| i32::from(x).saturating_sub(cost).max(0);
-        let each = self.suspicion.iter();
-        let (sum, broken) = each.fold((0_i32, 0_i32), |(sum, broken), &x| {
-            (sum.saturating_add(x.into()), broken.saturating_add(over(x)))
-        });
-        let scanner = sum.saturating_sub(cost);
+        let of_new_or_old = |stands: bool| if stands { cost >> 1 } else { cost };
+        let mut over = [0_i32; super::RANGEFINDERS];
+        let (mut sum, mut broken) = (0_i32, 0_i32);
+        let each = self.suspicion.iter().zip(self.standing.rangefinders);
+        for (over, (&x, stands)) in over.iter_mut().zip(each) {
+            let own = of_new_or_old(stands);
+            *over = i32::from(x).saturating_sub(own).max(0);
+            sum = sum.saturating_add(x.into());
+            broken = broken.saturating_add(*over);
+        }
+        let scanner = sum.saturating_sub(of_new_or_old(self.standing.scanner));
         let part = |value: i32, of: i32| {
             let wide = i64::from(value).saturating_mul(1 << Signal::FRAC_NBITS);
             let part = wide.checked_div(of.into()).unwrap_or(0);
@@ -143,7 +192,7 @@ impl CrossCheck {
             Failure::new_saturating(super::motion::scaled(share, strength))
         };
         Failures {
-            rangefinders: self.suspicion.map(|x| of(rest, part(over(x), cost))),
+            rangefinders: over.map(|over| of(rest, part(over, cost))),
             scanner: of(blame, part(scanner, cost)),
         }
     }

@@ -96,6 +96,9 @@ const LEVEL: Ramp = {
     }
 };
 
+/// One eighth.
+const EIGHTH: Signal = Signal::lit("0.125");
+
 impl ControlConfig {
     /// A robot of 0.9 m by 0.6 m that goes 1 m/s and sees 4 m.
     ///
@@ -122,16 +125,10 @@ impl ControlConfig {
         },
         blame: Blame::Shared,
         coverage: CoverageConfig {
-            rangefinders: [
-                Signal::lit("0.15"),
-                Signal::lit("0.1"),
-                Signal::ZERO,
-                Signal::ZERO,
-                Signal::lit("0.1"),
-                Signal::lit("0.15"),
-            ],
+            // Without the scanner half of full speed, and none once a corner is seen by nobody.
+            rangefinders: [EIGHTH, EIGHTH, Signal::ZERO, Signal::ZERO, EIGHTH, EIGHTH],
             scanner: Signal::ONE,
-            least: Signal::lit("0.25"),
+            least: Signal::lit("0.3"),
         },
         limits: Limits::DEFAULT,
         goal_radius: Millimeters::new(500),

@@ -106,6 +106,12 @@ impl Body {
         self.least_clearance
     }
 
+    /// Returns whether it is in an obstacle where it stands.
+    #[must_use]
+    pub fn touches(&self, world: &World) -> bool {
+        self.clearance(world) <= 0.0
+    }
+
     /// Moves for `ms` milliseconds as `wheels` of `full_speed_mm_s` ask.
     pub fn drive(&mut self, world: &World, wheels: Wheels, full_speed_mm_s: f64, ms: u32) {
         /// Milliseconds of one step of the motion; a robot goes a centimetre in it.

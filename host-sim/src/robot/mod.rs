@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`body`] | six wheels, skid-steered: lag, slip, what it bumps into |
 //! | [`sensors`] | six rangefinders and a scanner, where they sit and what befalls them |
+//! | [`watch`] | what a rangefinder's own readings say about it |
 //! | [`pilot`] | the control level fed by them, and who tells it what has failed |
 //! | [`course`] | where it drives: the built-in course, random ones, a world file |
 //! | [`drive`] | one run, step by step |
@@ -20,6 +21,7 @@ pub mod pilot;
 pub mod quality;
 pub mod sensors;
 pub mod study;
+pub mod watch;
 
 pub use body::Body;
 pub use course::Course;

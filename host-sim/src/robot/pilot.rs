@@ -4,11 +4,12 @@ use super::course::Course;
 use super::sensors::{
     FARTHEST, Glance, SCANNER, SCANNER_POSE, beam_model, cross_check, rangefinders,
 };
+use super::watch::Watch;
 use crate::fusion::{HostMapper, Method, UnknownMethod};
 use certainty_core::certainty::Certainty;
 use certainty_core::control::{
     Blame, Command, ControlConfig, ControlRules, Controller, CoverageConfig, CrossCheck, Dated,
-    Failures, PerBeam, SENSORS, Side, Signal, Situation, beam_bearing,
+    Failures, PerBeam, PerRangefinder, SENSORS, Side, Signal, Situation, beam_bearing,
 };
 use certainty_core::fusion::{Beam, BeamModel};
 use certainty_core::health::{Health, HealthConfig};
@@ -115,9 +116,10 @@ pub struct Pilot {
     model: BeamModel,
 }
 
-/// What the fusion level knows of the sensors.
+/// What is known of the sensors by themselves, by each other and by the fusion level.
 #[derive(Debug)]
 struct Diagnosis {
+    watches: PerRangefinder<Watch>,
     mapper: HostMapper,
     check: CrossCheck,
     /// Whether its map is also the histogram's.
@@ -180,6 +182,7 @@ impl Pilot {
     pub fn new(course: &Course, rules: ControlRules, mode: HealthMode, source: MapSource) -> Self {
         let sensors = SENSORS as u8;
         let diagnosis = (mode == HealthMode::Diagnosed).then(|| Diagnosis {
+            watches: core::array::from_fn(|_| Watch::new()),
             mapper: course.map(Method::Robust, sensors),
             check: CrossCheck::new(cross_check()),
             shown: source == MapSource::Map(Method::Robust),
@@ -212,6 +215,11 @@ impl Pilot {
         given: Failures,
     ) -> Decision {
         let model = self.model;
+        let mut validated = glance.clone();
+        if let Some(own) = &mut self.diagnosis {
+            own.validate(&mut validated, pose, now);
+        }
+        let glance = &validated;
         let checked = self.diagnosis.as_mut().map(|own| own.check(glance));
         let checked = checked.unwrap_or(Failures::NONE);
         let own = self.diagnosis.iter_mut().map(|own| &mut own.mapper);
@@ -251,6 +259,14 @@ impl Pilot {
 }
 
 impl Diagnosis {
+    /// Takes out what no sound rangefinder says.
+    fn validate(&mut self, glance: &mut Glance, robot: Pose, now: Ticks) {
+        let own = glance.rangefinders.iter_mut().zip(&mut self.watches);
+        for ((reading, watch), mounting) in own.zip(rangefinders()) {
+            *reading = watch.judge(*reading, robot.compose(mounting), now);
+        }
+    }
+
     /// What the cross-check says after this glance.
     fn check(&mut self, glance: &Glance) -> Failures {
         self.check.observe(&glance.rangefinders, &glance.scan);

@@ -124,6 +124,57 @@ fn one_pair_alone_leaves_both_in_doubt() {
     assert_eq!(all, [0.0, 0.0, 0.0, 0.0, 0.0, 0.5, 0.5]);
 }
 
+/// By hand: when the others are silent `x` is 48 and the rest 0, so S = 48 − 12 and R = 48 − 6 for who
+/// stands: the lead is 36 − 42 + 12 = 6 of 24, a quarter of the blame.
+#[test]
+fn who_was_found_broken_stays_so_when_the_others_fall_silent() {
+    let mut check = CrossCheck::new(config());
+    let mut stuck = of_wall();
+    stuck[0] = Reading::Echo(mm(1000));
+    for _ in 0..20 {
+        check.observe(&stuck, &wall());
+    }
+    let mut alone = [Reading::NoObject; RANGEFINDERS];
+    alone[0] = Reading::Echo(mm(1000));
+    for _ in 0..200 {
+        check.observe(&alone, &[Reading::NoObject; BEAMS]);
+    }
+    let failures = check.failures();
+    let parts = (failures.rangefinders[0].part(), failures.scanner.part());
+    assert_eq!(parts, (Signal::lit("0.75"), Signal::lit("0.25")));
+}
+
+#[test]
+fn a_scanner_that_breaks_after_a_rangefinder_is_found_too() {
+    let mut check = CrossCheck::new(config());
+    let mut stuck = of_wall();
+    stuck[0] = Reading::Echo(mm(1000));
+    for _ in 0..20 {
+        check.observe(&stuck, &wall());
+    }
+    for _ in 0..30 {
+        check.observe(&stuck, &[Reading::NoObject; BEAMS]);
+    }
+    assert_eq!(check.failures().scanner, Failure::TOTAL);
+}
+
+/// 48 by 1 a reading.
+#[test]
+fn what_a_sensor_said_is_forgotten_once_it_is_not_heard() {
+    let mut check = CrossCheck::new(config());
+    for _ in 0..20 {
+        check.observe(&of_wall(), &[Reading::NoObject; BEAMS]);
+    }
+    let missing = [Reading::Missing(Missing::Implausible); RANGEFINDERS];
+    for _ in 0..47 {
+        check.observe(&missing, &wall());
+    }
+    assert_ne!(check.suspicion, [0; RANGEFINDERS]);
+    check.observe(&missing, &wall());
+    assert_eq!(check.suspicion, [0; RANGEFINDERS]);
+    assert_eq!(check.failures(), Failures::NONE);
+}
+
 #[test]
 fn a_sensor_that_agrees_again_is_believed_again() {
     let mut check = CrossCheck::new(config());
@@ -133,8 +184,9 @@ fn a_sensor_that_agrees_again_is_believed_again() {
         check.observe(&stuck, &wall());
     }
     assert_eq!(check.failures().rangefinders[0], Failure::TOTAL);
-    // From 48 down to λ by 2 a reading.
-    for _ in 0..17 {
+    // From 48 by 2 a reading: at 10 the rest, (10 − 6) / 12, is still above a quarter; at 8 it is not,
+    // so it stands no more, and 8 is below λ.
+    for _ in 0..19 {
         check.observe(&of_wall(), &wall());
         assert_ne!(check.failures(), Failures::NONE);
     }

@@ -7,10 +7,10 @@ use super::jobs::Jobs;
 use super::table::{row, table};
 use super::{Failure, output};
 use crate::export::OutDir;
-use crate::fault::{FaultSpec, SensorName};
+use crate::fault::{Defect, FaultSpec, SensorName};
 use crate::quantity;
 use crate::robot::sensors::NAMES;
-use crate::robot::{Course, Drive, HealthMode, Manner, MapSource, Outcome};
+use crate::robot::{Body, Course, Drive, HealthMode, Manner, MapSource, Outcome};
 use crate::world::World;
 use certainty_core::control::Blame;
 use certainty_core::units::Point;
@@ -144,8 +144,9 @@ fn asked(arguments: &Arguments) -> Result<Drive, Failure> {
             ..Course::built_in()
         },
     };
-    if course.world.occupied(course.start.at) {
-        let line = "--world: the robot starts at 0,0, inside an obstacle; move the obstacle";
+    if Body::new(course.start, arguments.seed).touches(&course.world) {
+        let line = "--world: the robot, 900mm by 600mm around 0,0, starts inside an obstacle; move the \
+                    obstacle";
         return Err(Failure::Input(line.into()));
     }
     let mut faults = Vec::new();
@@ -160,7 +161,16 @@ fn asked(arguments: &Arguments) -> Result<Drive, Failure> {
         let silent = format!("dropout:{name}=100%").parse();
         faults.push(silent.map_err(|error: crate::fault::SpecError| Failure::input(&error))?);
     }
-    faults.extend(arguments.fault.iter().cloned());
+    for fault in &arguments.fault {
+        if matches!(fault.fault.defect, Defect::Chatter(_)) {
+            let line = format!(
+                "--fault: {fault}: every sensor is asked once a control step, so none can chatter; \
+                 write another kind"
+            );
+            return Err(Failure::Input(line));
+        }
+        faults.push(fault.clone());
+    }
     Ok(Drive {
         course,
         faults,
@@ -296,7 +306,7 @@ fn told(arguments: &Arguments, drive: &Drive, outcome: &Outcome) -> String {
         row(["least clearance", &rated(clearance, "mm")]),
     ]);
     text += &format!(
-        "\nevery step in {0}; charts in {1}: drive-track, drive-speeds, drive-goal\n",
+        "\nevery step in {0}; charts in {1}: drive-track, drive-speeds, drive-goal, drive-angle\n",
         arguments.out.join("drive.csv").display(),
         arguments.out.display()
     );
