@@ -148,7 +148,7 @@ impl Drive {
         let Course { world, start, goal } = &self.course;
         let mut sensors = SensorSet::new(world, &self.faults, self.seed)?;
         let rules = self.manner.rules();
-        let mut pilot = Pilot::new(&self.course, rules, self.health, self.map);
+        let mut pilot = Pilot::new(&self.course, self.manner, self.health, self.map);
         let mut body = Body::new(*start, self.seed);
         let limits = rules.config().limits;
         let radius_m = f64::from(rules.config().goal_radius.get()) / 1000.0;

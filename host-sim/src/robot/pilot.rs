@@ -109,6 +109,8 @@ const OBSTACLE: Certainty = Certainty::from_bits(192);
 #[derive(Debug)]
 pub struct Pilot {
     controller: Controller,
+    /// Whether the map stands in for broken rangefinders.
+    stand_in: bool,
     mode: HealthMode,
     /// The map that the histogram is made from.
     map: Option<HostMapper>,
@@ -142,6 +144,9 @@ pub struct Manner {
     pub bold: bool,
     /// What a failed rangefinder does to the others.
     pub blame: Blame,
+    /// Whether the map stands in for a rangefinder that was found broken; where the robot finds out
+    /// itself, as only then there is a map.
+    pub stand_in: bool,
 }
 
 impl Default for Manner {
@@ -149,6 +154,7 @@ impl Default for Manner {
         Self {
             bold: false,
             blame: ControlConfig::DEFAULT.blame,
+            stand_in: true,
         }
     }
 }
@@ -179,7 +185,7 @@ impl Manner {
 impl Pilot {
     /// Creates a pilot for `course` that knows nothing yet.
     #[must_use]
-    pub fn new(course: &Course, rules: ControlRules, mode: HealthMode, source: MapSource) -> Self {
+    pub fn new(course: &Course, manner: Manner, mode: HealthMode, source: MapSource) -> Self {
         let sensors = SENSORS as u8;
         let diagnosis = (mode == HealthMode::Diagnosed).then(|| Diagnosis {
             watches: core::array::from_fn(|_| Watch::new()),
@@ -193,7 +199,8 @@ impl Pilot {
             _ => None,
         };
         Self {
-            controller: Controller::new(rules, Side::Left),
+            controller: Controller::new(manner.rules(), Side::Left),
+            stand_in: manner.stand_in,
             mode,
             map,
             diagnosis,
@@ -231,6 +238,10 @@ impl Pilot {
             (HealthMode::Diagnosed, Some(diagnosis)) => diagnosis.failures().worst(checked),
             _ => Failures::NONE,
         };
+        let (mut rangefinders, mut told) = (glance.rangefinders, failures);
+        if let Some(own) = self.diagnosis.iter().find(|_| self.stand_in) {
+            own.stand_in(&mut rangefinders, &mut told, pose);
+        }
         let shown = self.diagnosis.iter().filter(|own| own.shown);
         let mut maps = self.map.iter().chain(shown.map(|own| &own.mapper));
         let scanner = pose.compose(SCANNER_POSE);
@@ -240,12 +251,12 @@ impl Pilot {
             now,
             pose,
             goal,
-            rangefinders: glance.rangefinders.map(|what| Dated { what, at: now }),
+            rangefinders: rangefinders.map(|what| Dated { what, at: now }),
             scan: Dated {
                 what: scan,
                 at: now,
             },
-            failures,
+            failures: told,
         });
         Decision { command, failures }
     }
@@ -271,6 +282,28 @@ impl Diagnosis {
     fn check(&mut self, glance: &Glance) -> Failures {
         self.check.observe(&glance.rangefinders, &glance.scan);
         self.check.failures()
+    }
+
+    /// Puts what the map shows in the place of what a broken rangefinder says.
+    ///
+    /// The map is mostly the scanner's and fails with it: then nothing stands in.
+    fn stand_in(
+        &self,
+        readings: &mut PerRangefinder<Reading>,
+        failures: &mut Failures,
+        robot: Pose,
+    ) {
+        let half = Signal::lit("0.5");
+        let scanner = failures.scanner;
+        let own = readings.iter_mut().zip(&mut failures.rangefinders);
+        for ((reading, failure), mounting) in own.zip(rangefinders()) {
+            if failure.part() >= half && scanner.part() < half {
+                *reading = self
+                    .mapper
+                    .beam(robot.compose(mounting), FARTHEST, OBSTACLE);
+                *failure = scanner;
+            }
+        }
     }
 
     /// What the grid's comparisons say.
@@ -329,6 +362,8 @@ fn draw(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use certainty_core::control::Failure;
+    use certainty_core::units::Millimeters;
 
     #[test]
     fn names_are_read_back_and_others_refused() {
@@ -346,10 +381,60 @@ mod tests {
     #[test]
     fn bold_rules_need_one_sensor_for_full_speed() {
         for blame in [Blame::Shared, Blame::Own] {
-            let rules = Manner { bold: true, blame }.rules();
+            let manner = Manner {
+                bold: true,
+                blame,
+                ..Manner::default()
+            };
+            let rules = manner.rules();
             assert_eq!(rules.config().coverage.rangefinders, [Signal::ONE; 6]);
             assert_eq!(rules.config().blame, blame);
         }
         assert_eq!(Manner::default().rules(), ControlRules::DEFAULT);
+    }
+
+    #[test]
+    fn the_map_stands_in_for_a_broken_rangefinder_unless_the_scanner_is_broken_too() {
+        let course = Course::random(1).unwrap();
+        let mut diagnosis = Diagnosis {
+            watches: core::array::from_fn(|_| Watch::new()),
+            mapper: course.map(Method::Robust, SENSORS as u8),
+            check: CrossCheck::new(cross_check()),
+            shown: false,
+        };
+        // The scanner saw something a metre from where FL looks.
+        let [fl, ..] = rangefinders();
+        let from = course.start.compose(fl);
+        let beam = Beam {
+            origin: from.at,
+            bearing: from.heading,
+            reading: Reading::Echo(Millimeters::new(1000)),
+        };
+        for tick in 0..3 {
+            let now = Ticks::new(tick);
+            let integrated = diagnosis
+                .mapper
+                .integrate(SCANNER, &beam, &beam_model(), now);
+            integrated.unwrap();
+        }
+        let stood_in = |failures: Failures| {
+            let (mut readings, mut failures) = ([Reading::NoObject; 6], failures);
+            diagnosis.stand_in(&mut readings, &mut failures, course.start);
+            (readings, failures)
+        };
+        let mut broken = Failures::NONE;
+        broken.rangefinders[0] = Failure::TOTAL;
+        let (readings, told) = stood_in(broken);
+        let Reading::Echo(distance) = readings[0] else {
+            panic!("the map shows it: {readings:?}");
+        };
+        // To the centre of a cell, and the spread of the beam.
+        assert!(distance.get().abs_diff(1000) <= 200, "{distance}");
+        assert_eq!(readings[1..], [Reading::NoObject; 5]);
+        assert_eq!(told, Failures::NONE);
+
+        assert_eq!(stood_in(Failures::NONE).0, [Reading::NoObject; 6]);
+        broken.scanner = Failure::TOTAL;
+        assert_eq!(stood_in(broken), ([Reading::NoObject; 6], broken));
     }
 }

@@ -63,6 +63,9 @@ pub(super) struct Arguments {
     /// What a failed rangefinder does to the others: [004] eq. 14, or nothing
     #[arg(long, value_name = "shared|own", default_value = "shared", value_parser = blame)]
     blame: Blame,
+    /// Let nothing stand in for a rangefinder that the robot found broken; without this, its own map does
+    #[arg(long)]
+    no_stand_in: bool,
     /// Allow full speed however little is seen, as the simulations of [004] do
     #[arg(long)]
     bold: bool,
@@ -185,6 +188,7 @@ const fn manner(arguments: &Arguments) -> Manner {
     Manner {
         bold: arguments.bold,
         blame: arguments.blame,
+        stand_in: !arguments.no_stand_in,
     }
 }
 
