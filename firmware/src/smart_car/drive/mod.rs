@@ -7,7 +7,8 @@
 //!
 //! It stands where it has arrived; where too little of what lies ahead is seen by sensors that can be believed;
 //! for a round in which a slot was skipped; and while a motor refuses. Dead man's rule: a round in which
-//! nothing was decided tells the motors to stand.
+//! nothing was decided tells the motors to stand. It takes a main loop that runs: one that hangs leaves the last
+//! pulses to the timer until the watchdog bites, and what the car went in the meantime is not reckoned.
 
 mod odometer;
 mod rules;

@@ -49,7 +49,8 @@ const TURNS_PER_UM: i64 = {
     (steps & 0xFFFF_FFFF) as i64
 };
 
-/// Frames that are reckoned at once: at full speed apart the car turns a seventh of a turn in them.
+/// Frames that are reckoned at once: with its wheels at full speed against each other the car turns by a
+/// quarter of a radian in them, 4 % of a turn.
 const STRIDE: u16 = 10;
 
 /// A pose finer than a [`Pose`]: the place in µm, the heading in 2^-32 of a turn.

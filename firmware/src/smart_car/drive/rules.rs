@@ -37,9 +37,11 @@ const HALF_CELL_MM: u32 = 50;
 /// - Four of the six rangefinders of \[004\] are not there and are looked up in the map
 ///   (at 60° and 90°), so that the car does not turn into what it is passing. They cover nothing that the
 ///   map does not, and fail with it. So [`Blame::Own`]: no sense is a reason to doubt the others.
-/// - The map covers four fifths of what lies ahead and each ranger a tenth. At least a half must be seen: one
-///   head and both rangers may be gone, but not two heads of three, whose word would then be one against none.
-/// - A wheel gets faster by all its speed in a second, one round's worth in each round.
+/// - The map covers four fifths of what lies ahead and each ranger a tenth. At least three fifths must be seen:
+///   one head or both rangers may be gone, but not two heads of three, whose word would then be one against
+///   none. So the car stands as soon as the map is believed by less than a half, from where on the
+///   [`Controller`](certainty_core::control::Controller) would not brake for what it shows.
+/// - A wheel gets faster by all its speed in a second, by four fifths of it in a round.
 pub static CONTROL: ControlRules = {
     let default = ControlConfig::DEFAULT;
     let ahead = Signal::lit("0.1");
@@ -69,7 +71,7 @@ pub static CONTROL: ControlRules = {
         coverage: CoverageConfig {
             rangefinders: [ahead, none, none, none, none, ahead],
             scanner: Signal::lit("0.8"),
-            least: Signal::lit("0.5"),
+            least: Signal::lit("0.601"),
         },
         limits: Limits {
             full_speed_mm_s: CHASSIS.full_speed_mm_s,

@@ -1,10 +1,11 @@
 use super::*;
 use crate::remote::{Channel, Link, Refused, RemoteBoard, RemotePwm, Request};
 use crate::smart_car::{CELLS, SENSORS, SmartCarShape};
+use certainty_core::control::{BEAMS, Dated, Failure, Failures, Signal, Situation};
 use certainty_core::fusion::{BayesGrid, Strength};
 use certainty_core::health::{Confidence, Health};
 use certainty_core::transducer::{Missing, Reading};
-use certainty_core::units::{Point, Ticks};
+use certainty_core::units::{Millimeters, Point, Ticks};
 use core::cell::{Cell, RefCell};
 
 /// Writes the motors' pulses down, in µs; refuses those of `deaf`.
@@ -194,4 +195,39 @@ fn at_its_goal_it_stands() {
     assert_eq!(report.conduct, Conduct::Arrived);
     assert_eq!((report.to_goal.get(), report.pose.at), (0, GOAL));
     assert_eq!(GOAL, Point::from_mm(-300, 700));
+}
+
+/// Everything that the map shows is right before the car, and the rangers see nothing: however far the heads
+/// are believed, it does not go ahead.
+#[test]
+fn it_never_drives_into_a_map_that_it_half_believes() {
+    for part in 0..=64 {
+        let failed = Failure::new_saturating(Signal::from_num(part) / 64);
+        let mut controller = Controller::new(&CONTROL, Side::Left);
+        let near = Reading::Echo(Millimeters::new(120));
+        let scan = [near; BEAMS];
+        for round in 0..4 {
+            let now = Ticks::new(round * 800);
+            let dated = |what| Dated { what, at: now };
+            let sides = [Reading::NoObject, near, near, near, near, Reading::NoObject];
+            let mut failures = Failures {
+                rangefinders: [failed; 6],
+                scanner: failed,
+            };
+            (failures.rangefinders[0], failures.rangefinders[5]) = (Failure::NONE, Failure::NONE);
+            let command = controller.step(&Situation {
+                now,
+                pose: POSE,
+                goal: GOAL,
+                rangefinders: sides.map(dated),
+                scan: Dated {
+                    what: &scan,
+                    at: now,
+                },
+                failures,
+            });
+            let Wheels { right, left } = command.wheels;
+            assert!(right + left <= Signal::ZERO, "{part}/64: {command:?}");
+        }
+    }
 }

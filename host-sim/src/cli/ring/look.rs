@@ -24,6 +24,7 @@ struct Report {
     world: String,
     pose: PoseReport,
     faults: Vec<String>,
+    rules: &'static str,
     faulty: Vec<u8>,
     vectors: Vectors,
     verdicts: Vec<String>,
@@ -121,6 +122,7 @@ fn report(
             heading_deg: f64::from(robot.heading.to_bits()) * 360.0 / 65536.0,
         },
         faults: arguments.faults.iter().map(ToString::to_string).collect(),
+        rules: arguments.rules.name(),
         faulty: faulty(judged),
         vectors: Vectors::of(judged),
         verdicts: verdicts.map(ToString::to_string).collect(),
@@ -144,13 +146,14 @@ fn told(
     };
     let polygon = PolygonReport::of(observation);
     let mut text = format!(
-        "world: {}   robot: {}mm, {}mm, {:.1}deg   seed: {}\nfault: {faults}\n\
+        "world: {}   robot: {}mm, {}mm, {:.1}deg   seed: {}   rules: {}\nfault: {faults}\n\
          polygon of {} beams: {} walls, {} pseudo line segments, {} corners, {} edges\n\n",
         world.name(),
         robot.at.x_mm(),
         robot.at.y_mm(),
         f64::from(robot.heading.to_bits()) * 360.0 / 65536.0,
         arguments.seed,
+        arguments.rules.name(),
         polygon.beams,
         polygon.walls,
         polygon.pseudo,

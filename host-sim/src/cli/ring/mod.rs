@@ -84,6 +84,13 @@ enum Rules {
 }
 
 impl Rules {
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Paper => "paper",
+            Self::Wary => "wary",
+        }
+    }
+
     const fn rules(self) -> RingRules {
         match self {
             Self::Paper => RingRules::DEFAULT,

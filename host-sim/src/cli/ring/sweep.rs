@@ -14,6 +14,7 @@ struct Report<'a> {
     seed: u64,
     world: &'a str,
     fault: &'static str,
+    rules: &'static str,
     poses: u32,
     faulty_found: u32,
     missed_faults: u32,
@@ -39,6 +40,7 @@ pub(super) fn faults(arguments: &Arguments, world: &World) -> Result<(), Failure
         seed: arguments.seed,
         world: world.name(),
         fault: sweep.defect.kind(),
+        rules: arguments.rules.name(),
         poses: arguments.poses,
         faulty_found: found,
         missed_faults: arguments.poses - found,
@@ -55,11 +57,12 @@ pub(super) fn faults(arguments: &Arguments, world: &World) -> Result<(), Failure
 
 fn told(report: &Report<'_>, swept: &Swept) -> String {
     let mut text = format!(
-        "world: {}   places: {}   seed: {}\n\
+        "world: {}   places: {}   seed: {}   rules: {}\n\
          one sonar {}: {} found, {} missed; without a fault: {} false alarms\n\n",
         report.world,
         report.poses,
         report.seed,
+        report.rules,
         report.fault,
         report.faulty_found,
         report.missed_faults,

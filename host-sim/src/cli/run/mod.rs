@@ -15,7 +15,9 @@ use certainty_core::certainty::Certainty;
 use certainty_core::fusion::Geometry;
 use certainty_core::transducer::Reading;
 use certainty_core::units::Ticks;
-use certainty_firmware::smart_car::{FARTHEST, HEADS, LOOK_AROUND, NEAREST, look_from};
+use certainty_firmware::smart_car::{
+    CHASSIS, FARTHEST, HEADS, LOOK_AROUND, NEAREST, POSE, look_from,
+};
 use clap::Args;
 use core::num::NonZeroU32;
 use core::str::FromStr;
@@ -146,6 +148,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Some(file) => World::load(file).map_err(|error| Failure::input(&error))?,
         None => World::built_in(),
     };
+    let room = world.clearance(POSE.at);
+    if room.is_some_and(|room| room <= f64::from(CHASSIS.radius_mm)) {
+        let radius = CHASSIS.radius_mm;
+        let line = format!(
+            "--world: the car, {radius}mm around 0,0, starts inside an obstacle; move the obstacle"
+        );
+        return Err(Failure::Input(line));
+    }
     let world = Arc::new(world);
     let faults = arguments.faults.iter().filter_map(|fault| match fault {
         FaultArgument::None => None,
