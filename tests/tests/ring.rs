@@ -37,7 +37,8 @@ fn a_look_around_reports_vectors_and_draws_the_figures() {
     let folder = tempfile::tempdir().unwrap();
     let document = certainty(folder.path(), "ring --fault 4 --json").json();
     let top = [
-        "faults", "faulty", "files", "polygon", "pose", "seed", "vectors", "verdicts", "world",
+        "faults", "faulty", "files", "polygon", "pose", "rules", "seed", "vectors", "verdicts",
+        "world",
     ];
     assert_eq!(keys(&document), top);
     let sums = overall(&document["vectors"]);
@@ -77,6 +78,7 @@ fn a_sweep_counts_what_was_found_and_what_was_not() {
         "kinds",
         "missed_faults",
         "poses",
+        "rules",
         "seed",
         "vectors",
         "world",

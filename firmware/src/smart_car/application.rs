@@ -291,7 +291,7 @@ impl<B: Board> Application for SmartCar<B> {
                 self.fuse(sensor, due.at);
             }
             // Late, but the motors must not go on with what was decided a round ago.
-            Activity::Drive => self.drive.drive(),
+            Activity::Drive => self.drive.drive_late(),
             Activity::Steer | Activity::Report => {}
         }
     }

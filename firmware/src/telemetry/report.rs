@@ -213,9 +213,10 @@ pub enum Conduct {
     Blind,
     /// [`Caution::NoWay`]: it turns on the spot.
     NoWay,
-    /// A slot of the round was skipped, or nothing was decided in it: it stands.
+    /// A slot of the round was skipped, or nothing was decided in it: it stands. If its motors were told
+    /// late while it moved, for good.
     Late,
-    /// A motor cannot be told what to do: it stands, as far as it can be told.
+    /// A motor cannot be told what to do: it stands, as far as it can be told. If it moved, for good.
     Refused,
 }
 

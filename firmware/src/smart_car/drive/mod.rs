@@ -6,9 +6,10 @@
 //! motors were told ([`Odometer`]).
 //!
 //! It stands where it has arrived; where too little of what lies ahead is seen by sensors that can be believed;
-//! for a round in which a slot was skipped; and while a motor refuses. Dead man's rule: a round in which
+//! for a round in which a slot was skipped; and while a motor refuses. Where it was moving and cannot know how
+//! far, as its motors were told late or one of them refused, it is lost and stands until it is started again. Dead man's rule: a round in which
 //! nothing was decided tells the motors to stand. It takes a main loop that runs: one that hangs leaves the last
-//! pulses to the timer until the watchdog bites, and what the car went in the meantime is not reckoned.
+//! pulses to the timer until the watchdog bites, and then starts the car anew.
 
 mod odometer;
 mod rules;
@@ -46,6 +47,8 @@ pub(super) struct Drive<B: Board> {
     decided: Option<(Wheels, Conduct)>,
     /// A slot of this round was skipped.
     faltered: bool,
+    /// Why the car does not know where it is any more: it stands until it is started again.
+    lost: Option<Conduct>,
     /// How the round ended.
     told: telemetry::Drive,
 }
@@ -61,6 +64,7 @@ impl<B: Board> Drive<B> {
             looks_from: POSE,
             decided: None,
             faltered: false,
+            lost: None,
             told: told(POSE, Wheels::STOPPED, Conduct::Looking),
         }
     }
@@ -103,15 +107,34 @@ impl<B: Board> Drive<B> {
         self.decided = Some((command.wheels, command.caution.into()));
     }
 
+    /// Tells the motors to stand, later than it should.
+    ///
+    /// Who stood, stood. Who was moving moved on for nobody knows how long, and stands from now on.
+    pub(super) fn drive_late(&mut self) {
+        if self.thrust != Thrust::NONE {
+            self.lost = Some(Conduct::Late);
+        }
+        self.falter();
+        self.drive();
+    }
+
     /// Tells the motors what was decided, or to stand.
+    ///
+    /// A motor that refuses to be told otherwise goes on as it did: unless it stood, the car is lost.
     pub(super) fn drive(&mut self) {
         self.began = self.began.after(self.thrust, ROUND_FRAMES);
         let faltered = core::mem::take(&mut self.faltered);
         let decided = self.decided.take().filter(|_| !faltered);
-        let (mut wheels, mut conduct) = decided.unwrap_or((Wheels::STOPPED, Conduct::Late));
+        let (mut wheels, mut conduct) = match self.lost {
+            Some(why) => (Wheels::STOPPED, why),
+            None => decided.unwrap_or((Wheels::STOPPED, Conduct::Late)),
+        };
         self.thrust = match self.motors.drive(wheels) {
             Ok(thrust) => thrust,
             Err(_) => {
+                if self.thrust != Thrust::NONE {
+                    self.lost = Some(Conduct::Refused);
+                }
                 (wheels, conduct) = (Wheels::STOPPED, Conduct::Refused);
                 Thrust::NONE
             }

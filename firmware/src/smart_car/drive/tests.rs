@@ -164,7 +164,45 @@ fn a_motor_that_refuses_makes_the_other_stand() {
         let there = car.looks_from();
         car.drive();
         assert_eq!(car.looks_from(), there, "it is not reckoned to move");
+        // Where its pulses took it meanwhile nobody knows, so it does not go on when it hears again.
+        line.deaf.set(None);
+        stands_for_good(&mut car, &line, Conduct::Refused);
     }
+}
+
+/// Steers a few rounds more and sees it stand, for this reason.
+fn stands_for_good(car: &mut Drive<RemoteBoard<'_, Line>>, line: &Line, why: Conduct) {
+    for round in LOOK_AROUND + 5..LOOK_AROUND + 9 {
+        line.take();
+        steer(car, round, false, Confidence::FULL);
+        car.drive();
+        assert_eq!(line.take(), STANDS);
+        assert_eq!(car.report().conduct, why);
+    }
+}
+
+#[test]
+fn a_car_that_moved_and_was_told_late_is_lost_and_stands_for_good() {
+    let line = Line::default();
+    let mut car = going(&line);
+    steer(&mut car, LOOK_AROUND + 3, false, Confidence::FULL);
+    car.drive_late();
+    assert_eq!(line.take(), STANDS);
+    stands_for_good(&mut car, &line, Conduct::Late);
+}
+
+#[test]
+fn a_car_that_stood_and_was_told_late_goes_on() {
+    let line = Line::default();
+    let mut car = car(&line);
+    steer(&mut car, 3, false, Confidence::FULL);
+    car.drive_late();
+    assert_eq!(car.report().conduct, Conduct::Late);
+    for round in LOOK_AROUND..LOOK_AROUND + 3 {
+        steer(&mut car, round, false, Confidence::FULL);
+        car.drive();
+    }
+    assert_eq!(car.report().conduct, Conduct::Going);
 }
 
 #[test]
