@@ -7,7 +7,7 @@ pub use literal::LiteralGrid;
 pub use rules::{Rules, UnknownRules};
 
 use certainty_core::certainty::Certainty;
-use certainty_core::control::{PerBeam, beam_in_map, scan_of_map};
+use certainty_core::control::{PerBeam, Recollection, Views, scan_of_map};
 use certainty_core::fusion::{
     Accumulated, BayesGrid, Beam, BeamModel, CertaintyGrid, Environment, Geometry, Latest, Mapper,
     MedianGrid, Middle, RobustGrid, RobustRules, Strength, TrimmedGrid, UnknownSensor, owner_bytes,
@@ -277,10 +277,10 @@ impl HostMapper {
         each!(&self.0, mapper => scan_of_map(&mapper.environment(), scanner, farthest, obstacle))
     }
 
-    /// Returns what one beam would see in the map; see [`beam_in_map`].
+    /// Returns what the map shows where a robot's sensors look; see [`Recollection::of_map`].
     #[must_use]
-    pub fn beam(&self, from: Pose, farthest: Millimeters, obstacle: Certainty) -> Reading {
-        each!(&self.0, mapper => beam_in_map(&mapper.environment(), from, farthest, obstacle))
+    pub fn recollection(&self, robot: Pose, views: &Views, obstacle: Certainty) -> Recollection {
+        each!(&self.0, mapper => Recollection::of_map(&mapper.environment(), robot, views, obstacle))
     }
 
     /// Returns where the map lies and how it is divided.

@@ -71,6 +71,15 @@ pub(super) const fn distance(reading: Reading) -> Option<Millimeters> {
     }
 }
 
+/// The one of two that tells of the nearer object; the first where neither tells of any.
+pub(super) fn nearer(one: Reading, other: Reading) -> Reading {
+    match (distance(one), distance(other)) {
+        (Some(near), Some(far)) if near <= far => one,
+        (_, Some(_)) => other,
+        (_, None) => one,
+    }
+}
+
 /// A weighted mean's part: `value` of `of`, as a signal of 0..=1; 0 of nothing.
 pub(super) const fn share(value: u32, of: u32) -> Signal {
     let value = if value < of { value } else { of };
@@ -93,6 +102,19 @@ mod tests {
 
     const fn echo(mm: u32) -> Reading {
         Reading::Echo(Millimeters::new(mm))
+    }
+
+    #[test]
+    fn the_nearer_of_two_is_the_one_that_must_be_avoided() {
+        let silent = Reading::Missing(Missing::Timeout);
+        assert_eq!(nearer(echo(5), echo(7)), echo(5));
+        assert_eq!(nearer(echo(7), echo(5)), echo(5));
+        assert_eq!(nearer(echo(7), Reading::TooNear), Reading::TooNear);
+        for nothing in [Reading::NoObject, silent] {
+            assert_eq!(nearer(nothing, echo(5)), echo(5));
+            assert_eq!(nearer(echo(5), nothing), echo(5));
+        }
+        assert_eq!(nearer(silent, Reading::NoObject), silent);
     }
 
     #[test]

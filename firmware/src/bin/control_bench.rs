@@ -7,7 +7,7 @@
 
 use certainty_core::control::{
     BEAMS, Caution, ControlRules, Controller, CrossCheck, CrossCheckConfig, Dated, Failures,
-    PerBeam, PerRangefinder, Side, Situation,
+    PerBeam, PerRangefinder, Side, Situation, Views,
 };
 use certainty_core::transducer::Reading;
 use certainty_core::units::{BinaryAngle, Millimeters, Point, Pose, Ticks};
@@ -33,18 +33,20 @@ const fn pose(x: i32, y: i32, degrees: i32) -> Pose {
 
 /// Sensors as on the simulator's robot.
 const CHECK: CrossCheckConfig = CrossCheckConfig {
-    rangefinders: [
-        pose(420, 200, 15),
-        pose(350, 260, 45),
-        pose(0, 280, 95),
-        pose(0, -280, -95),
-        pose(350, -260, -45),
-        pose(420, -200, -15),
-    ],
-    scanner: pose(420, 0, 0),
+    views: Views {
+        rangefinders: [
+            pose(420, 200, 15),
+            pose(350, 260, 45),
+            pose(0, 280, 95),
+            pose(0, -280, -95),
+            pose(350, -260, -45),
+            pose(420, -200, -15),
+        ],
+        scanner: pose(420, 0, 0),
+        rangefinders_see: Millimeters::new(4000),
+        scanner_sees: Millimeters::new(4000),
+    },
     tolerance: Millimeters::new(150),
-    rangefinders_see: Millimeters::new(4000),
-    scanner_sees: Millimeters::new(4000),
     contradiction: 4,
     agreement: 2,
     most: 48,

@@ -2,7 +2,8 @@
 
 use super::body::Body;
 use super::course::Course;
-use super::pilot::{HealthMode, Manner, MapSource, Pilot};
+use super::modes::{HealthMode, MapSource};
+use super::pilot::{Manner, Pilot};
 use super::quality::{Quality, Sample};
 use super::sensors::{NAMES, SensorSet};
 use crate::fault::{FaultSpec, SpecError};

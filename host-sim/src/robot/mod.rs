@@ -4,8 +4,11 @@
 //! |---|---|
 //! | [`body`] | six wheels, skid-steered: lag, slip, what it bumps into |
 //! | [`sensors`] | six rangefinders and a scanner, where they sit and what befalls them |
-//! | [`watch`] | what a rangefinder's own readings say about it |
-//! | [`pilot`] | the control level fed by them, and who tells it what has failed |
+//! | [`modes`] | who tells the robot what has failed, what it sees obstacles in, who remembers |
+//! | [`watch`] | what a sensor's own readings say about it |
+//! | [`diagnosis`] | what it finds out about its sensors: by themselves, by each other, by its map |
+//! | [`drawn_map`] | the map that it draws, and what it remembers by it |
+//! | [`pilot`] | the control level fed by all of them |
 //! | [`course`] | where it drives: the built-in course, random ones, a world file |
 //! | [`drive`] | one run, step by step |
 //! | [`quality`] | \[004\] eq. 17 to 19 |
@@ -16,7 +19,10 @@
 
 pub mod body;
 pub mod course;
+pub mod diagnosis;
+pub mod drawn_map;
 pub mod drive;
+pub mod modes;
 pub mod pilot;
 pub mod quality;
 pub mod sensors;
@@ -26,5 +32,6 @@ pub mod watch;
 pub use body::Body;
 pub use course::Course;
 pub use drive::{Drive, Outcome};
-pub use pilot::{HealthMode, Manner, MapSource};
+pub use modes::{HealthMode, MapSource, Memory};
+pub use pilot::Manner;
 pub use quality::Quality;

@@ -5,7 +5,8 @@ use crate::transducer::stream::{Purpose, stream};
 use crate::transducer::{Look, PerfectSensor, Sensor};
 use crate::world::World;
 use certainty_core::control::{
-    BEAMS, CrossCheckConfig, Failure, Failures, PerBeam, PerRangefinder, SENSORS, beam_bearing,
+    BEAMS, CrossCheckConfig, Failure, Failures, PerBeam, PerRangefinder, SENSORS, Views,
+    beam_bearing,
 };
 use certainty_core::fusion::{BeamConfig, BeamModel, Behind};
 use certainty_core::sensor::SensorId;
@@ -79,16 +80,24 @@ pub fn beam_model() -> BeamModel {
     BeamModel::try_new(config).expect("a range of 4 m")
 }
 
+/// Returns where all of them look, and how far.
+#[must_use]
+pub const fn views() -> Views {
+    Views {
+        rangefinders: rangefinders(),
+        scanner: SCANNER_POSE,
+        rangefinders_see: FARTHEST,
+        scanner_sees: FARTHEST,
+    }
+}
+
 /// Returns what the cross-check is told of the sensors.
 #[must_use]
 pub const fn cross_check() -> CrossCheckConfig {
     CrossCheckConfig {
-        rangefinders: rangefinders(),
-        scanner: SCANNER_POSE,
+        views: views(),
         // Ten standard deviations: what differs by less is no danger.
         tolerance: Millimeters::new(150),
-        rangefinders_see: FARTHEST,
-        scanner_sees: FARTHEST,
         contradiction: 4,
         agreement: 2,
         most: 48,

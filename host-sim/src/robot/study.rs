@@ -2,7 +2,8 @@
 
 use super::course::Course;
 use super::drive::Drive;
-use super::pilot::{HealthMode, Manner, MapSource};
+use super::modes::{HealthMode, MapSource};
+use super::pilot::Manner;
 use super::sensors::NAMES;
 use crate::experiment::recovery::Spread;
 use crate::fault::{FaultSpec, SpecError};

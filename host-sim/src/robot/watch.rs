@@ -1,4 +1,4 @@
-//! What a rangefinder's own readings say about it, before anybody else is asked (\[002\] Fig. 1).
+//! What a sensor's own readings say about it, before anybody else is asked (\[002\] Fig. 1).
 
 use super::sensors::{FARTHEST, NEAREST};
 use certainty_core::transducer::{
@@ -13,7 +13,7 @@ const TOO_MANY: u8 = 16;
 /// The count grows no further: so soon is one believed again that stopped jumping.
 const MOST: u8 = 40;
 
-/// Watches one rangefinder of a robot that moves.
+/// Watches one rangefinder, or one beam of a scanner, of a robot that moves.
 ///
 /// What it takes out goes on as *missing, implausible*:
 /// - the same millimetre again and again while the robot turns, as the noise of a laser that measures
@@ -51,7 +51,7 @@ fn rules() -> ValidationRules {
 }
 
 impl Watch {
-    /// Creates the watch of a rangefinder that has said nothing yet.
+    /// Creates the watch of a sensor that has said nothing yet.
     #[must_use]
     pub fn new() -> Self {
         Self {
@@ -62,7 +62,7 @@ impl Watch {
         }
     }
 
-    /// Returns what goes on of `reading`, taken at `now` by a rangefinder at `pose` in the map.
+    /// Returns what goes on of `reading`, taken at `now` by a sensor at `pose` in the map.
     pub fn judge(&mut self, reading: Reading, pose: Pose, now: Ticks) -> Reading {
         let word = match reading {
             Reading::Echo(distance) => Some(distance.get() as u8),

@@ -1,6 +1,7 @@
-use super::super::RANGEFINDERS;
+use super::super::{BEAMS, Failure, RANGEFINDERS, Sector, Signal};
 use super::*;
 use crate::transducer::Missing;
+use crate::units::{BinaryAngle, Point, Pose};
 
 const fn mm(mm: u32) -> Millimeters {
     Millimeters::new(mm)
@@ -14,18 +15,20 @@ fn looks(x: i32, y: i32, degrees: i32) -> Pose {
 /// Four rangefinders look into the scanner's field, two behind.
 fn config() -> CrossCheckConfig {
     CrossCheckConfig {
-        rangefinders: [
-            looks(400, 200, 15),
-            looks(300, 250, 40),
-            looks(-400, 200, 130),
-            looks(-400, -200, -130),
-            looks(300, -250, -40),
-            looks(400, -200, -15),
-        ],
-        scanner: looks(450, 0, 0),
+        views: Views {
+            rangefinders: [
+                looks(400, 200, 15),
+                looks(300, 250, 40),
+                looks(-400, 200, 130),
+                looks(-400, -200, -130),
+                looks(300, -250, -40),
+                looks(400, -200, -15),
+            ],
+            scanner: looks(450, 0, 0),
+            rangefinders_see: mm(4000),
+            scanner_sees: mm(4000),
+        },
         tolerance: mm(150),
-        rangefinders_see: mm(4000),
-        scanner_sees: mm(4000),
         contradiction: 4,
         agreement: 2,
         most: 48,
@@ -57,11 +60,7 @@ fn of_wall() -> PerRangefinder<Reading> {
 }
 
 fn verdicts(rangefinders: &PerRangefinder<Reading>, scan: &PerBeam<Reading>) -> Vec<Verdict> {
-    let config = config();
-    let points = points(scan, config.scanner);
-    let all = config.rangefinders.iter().zip(rangefinders);
-    all.map(|(&mounting, &reading)| config.verdict(mounting, reading, scan, &points))
-        .collect()
+    config().between(rangefinders, scan).to_vec()
 }
 
 fn failures(
@@ -169,9 +168,9 @@ fn what_a_sensor_said_is_forgotten_once_it_is_not_heard() {
     for _ in 0..47 {
         check.observe(&missing, &wall());
     }
-    assert_ne!(check.suspicion, [0; RANGEFINDERS]);
+    assert_ne!(check.suspicions.of_pairs, [0; RANGEFINDERS]);
     check.observe(&missing, &wall());
-    assert_eq!(check.suspicion, [0; RANGEFINDERS]);
+    assert_eq!(check.suspicions.of_pairs, [0; RANGEFINDERS]);
     assert_eq!(check.failures(), Failures::NONE);
 }
 
@@ -220,4 +219,162 @@ fn what_is_behind_an_obstacle_of_the_scanners_is_no_contradiction() {
     let mut rangefinders = [Reading::NoObject; RANGEFINDERS];
     rangefinders[0] = Reading::Echo(mm(3000));
     assert_eq!(verdicts(&rangefinders, &scan)[0], Silence);
+}
+
+/// What a map shows that remembers the wall: by 1° a sector's rays would be a little longer or shorter.
+fn memory_of_wall() -> Recollection {
+    Recollection {
+        sectors: of_wall().map(|reading| Sector::of_rays([reading; 11])),
+        scan: wall(),
+    }
+}
+
+const NOTHING_REMEMBERED: Recollection = Recollection {
+    sectors: [Sector::EMPTY; RANGEFINDERS],
+    scan: [Reading::NoObject; BEAMS],
+};
+
+const BLIND: PerRangefinder<Reading> = [Reading::NoObject; RANGEFINDERS];
+
+/// After so many times of `recall` and `observe`.
+fn with_memory(
+    times: usize,
+    rangefinders: &PerRangefinder<Reading>,
+    scan: &PerBeam<Reading>,
+    memory: &Recollection,
+) -> Vec<f64> {
+    let mut check = CrossCheck::new(config());
+    for _ in 0..times {
+        check.recall(rangefinders, scan, memory);
+        check.observe(rangefinders, scan);
+    }
+    let failures = check.failures();
+    let all = failures.rangefinders.into_iter().chain([failures.scanner]);
+    all.map(|failure| failure.part().to_num()).collect()
+}
+
+#[test]
+fn who_says_what_the_map_says_is_not_suspected() {
+    let mut check = CrossCheck::new(config());
+    let verdicts = check.recall(&of_wall(), &wall(), &memory_of_wall());
+    let expected = [Agreement, Agreement, Silence, Silence, Agreement, Agreement];
+    assert_eq!(verdicts.rangefinders, expected);
+    assert_eq!(verdicts.scanner, Agreement);
+    assert_eq!(
+        with_memory(100, &of_wall(), &wall(), &memory_of_wall()),
+        [0.0; 7]
+    );
+    // Nor who sees what nobody saw before.
+    let verdicts = check.recall(&of_wall(), &wall(), &NOTHING_REMEMBERED);
+    assert_eq!(verdicts.rangefinders, [Silence; RANGEFINDERS]);
+    assert_eq!(verdicts.scanner, Silence);
+}
+
+/// By hand: a rangefinder's `x` and `y` are 48, so it explains 96 − 12; the scanner 2 · 48 − 48 − 12 and
+/// leaves 2 · 36, in all less than the two rangefinders' 168 by far more than λ.
+#[test]
+fn two_that_lie_are_told_from_the_scanner_by_what_the_map_remembers() {
+    let mut rangefinders = of_wall();
+    (rangefinders[1], rangefinders[4]) = (Reading::NoObject, Reading::NoObject);
+    // Only these two see the wall, and the scanner.
+    (rangefinders[0], rangefinders[5]) = (
+        Reading::Missing(Missing::Timeout),
+        Reading::Missing(Missing::Timeout),
+    );
+    let found = [0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0];
+    assert_eq!(
+        with_memory(20, &rangefinders, &wall(), &memory_of_wall()),
+        found
+    );
+    // Without a memory the one failure that explains both is blamed.
+    let blamed = failures(20, &rangefinders, &wall());
+    assert!(blamed[6] > blamed[1], "{blamed:?}");
+}
+
+#[test]
+fn a_scanner_and_a_rangefinder_that_go_blind_together_are_both_found() {
+    let blind = [Reading::NoObject; BEAMS];
+    let mut rangefinders = of_wall();
+    rangefinders[0] = Reading::NoObject;
+    let found = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
+    assert_eq!(
+        with_memory(20, &rangefinders, &blind, &memory_of_wall()),
+        found
+    );
+    // Nobody else could say so of the rangefinder.
+    assert_eq!(failures(20, &rangefinders, &blind)[0], 0.0);
+}
+
+#[test]
+fn a_scan_is_judged_by_most_of_its_beams() {
+    let verdict = |scan: &PerBeam<Reading>| {
+        let mut check = CrossCheck::new(config());
+        check.recall(&BLIND, scan, &memory_of_wall()).scanner
+    };
+    // All 101 beams see the wall, which is within reach of them all: 2000 / cos 50° + 150 + 194.
+    let mut scan = wall();
+    assert_eq!(verdict(&scan), Agreement);
+    scan[..33].fill(Reading::NoObject);
+    assert_eq!(verdict(&scan), Agreement);
+    scan[..34].fill(Reading::Echo(mm(3900)));
+    assert_eq!(verdict(&scan), Silence);
+    scan[..50].fill(Reading::Echo(mm(100)));
+    assert_eq!(verdict(&scan), Silence);
+    scan[..51].fill(Reading::TooNear);
+    assert_eq!(verdict(&scan), Contradiction);
+    // Four beams say nothing about the others, whatever they say; nor do beams that are not heard.
+    let silent = Reading::Missing(Missing::Timeout);
+    scan = [silent; BEAMS];
+    scan[..4].fill(Reading::NoObject);
+    assert_eq!(verdict(&scan), Silence);
+    scan[4] = Reading::NoObject;
+    assert_eq!(verdict(&scan), Contradiction);
+}
+
+#[test]
+fn an_edge_in_the_map_judges_no_rangefinder() {
+    let judged = |rays: [Reading; 11], reading: Reading| {
+        let mut memory = NOTHING_REMEMBERED;
+        memory.sectors[0] = Sector::of_rays(rays);
+        let mut rangefinders = BLIND;
+        rangefinders[0] = reading;
+        let mut check = CrossCheck::new(config());
+        check
+            .recall(&rangefinders, &[Reading::NoObject; BEAMS], &memory)
+            .rangefinders[0]
+    };
+    let echo = |distance| Reading::Echo(mm(distance));
+    let mut rays = [echo(1000); 11];
+    assert_eq!(judged(rays, Reading::NoObject), Contradiction);
+    // 150 and a sixteenth of 1000 either way.
+    assert_eq!(judged(rays, echo(1212)), Agreement);
+    assert_eq!(judged(rays, echo(1213)), Contradiction);
+    assert_eq!(judged(rays, echo(788)), Agreement);
+    assert_eq!(judged(rays, echo(787)), Contradiction);
+    assert_eq!(judged(rays, Reading::TooNear), Contradiction);
+    assert_eq!(judged(rays, Reading::Missing(Missing::Timeout)), Silence);
+    rays[6] = Reading::NoObject;
+    assert_eq!(judged(rays, Reading::NoObject), Silence);
+    rays[6] = echo(1501);
+    assert_eq!(judged(rays, Reading::NoObject), Silence);
+    // Nearly out of reach: 3623 + 150 + 226 is within 4000, one more is not.
+    assert_eq!(judged([echo(3623); 11], Reading::NoObject), Contradiction);
+    assert_eq!(judged([echo(3624); 11], Reading::NoObject), Silence);
+}
+
+/// 48 by 1 a time.
+#[test]
+fn what_contradicted_the_map_is_forgotten_where_it_remembers_nothing() {
+    let mut check = CrossCheck::new(config());
+    for _ in 0..20 {
+        check.recall(&BLIND, &[Reading::NoObject; BEAMS], &memory_of_wall());
+    }
+    assert_eq!(check.failures().scanner, Failure::TOTAL);
+    for _ in 0..47 {
+        check.recall(&BLIND, &[Reading::NoObject; BEAMS], &NOTHING_REMEMBERED);
+    }
+    assert_ne!(check.suspicions, Suspicions::NONE);
+    check.recall(&BLIND, &[Reading::NoObject; BEAMS], &NOTHING_REMEMBERED);
+    assert_eq!(check.suspicions, Suspicions::NONE);
+    assert_eq!(check.failures(), Failures::NONE);
 }

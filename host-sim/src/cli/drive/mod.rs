@@ -10,7 +10,7 @@ use crate::export::OutDir;
 use crate::fault::{Defect, FaultSpec, SensorName};
 use crate::quantity;
 use crate::robot::sensors::NAMES;
-use crate::robot::{Body, Course, Drive, HealthMode, Manner, MapSource, Outcome};
+use crate::robot::{Body, Course, Drive, HealthMode, Manner, MapSource, Memory, Outcome};
 use crate::world::World;
 use certainty_core::control::Blame;
 use certainty_core::units::Point;
@@ -63,9 +63,14 @@ pub(super) struct Arguments {
     /// What a failed rangefinder does to the others: [004] eq. 14, or nothing
     #[arg(long, value_name = "shared|own", default_value = "shared", value_parser = blame)]
     blame: Blame,
-    /// Let nothing stand in for a rangefinder that the robot found broken; without this, its own map does
-    #[arg(long)]
-    no_stand_in: bool,
+    /// Who remembers in a robust grid what sensors saw that are believed, and goes by that where they
+    /// see nothing now: nobody as in [004], a robot that finds out itself what has failed, or every robot
+    #[arg(
+        long,
+        value_name = "nobody|diagnosed|everyone",
+        default_value = "diagnosed"
+    )]
+    memory: Memory,
     /// Allow full speed however little is seen, as the simulations of [004] do
     #[arg(long)]
     bold: bool,
@@ -188,7 +193,7 @@ const fn manner(arguments: &Arguments) -> Manner {
     Manner {
         bold: arguments.bold,
         blame: arguments.blame,
-        stand_in: !arguments.no_stand_in,
+        memory: arguments.memory,
     }
 }
 

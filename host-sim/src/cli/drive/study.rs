@@ -16,6 +16,7 @@ struct Report {
     worlds: u32,
     map: String,
     blame: &'static str,
+    memory: &'static str,
     simulations: Vec<Summary>,
     failures: Vec<Summary>,
     by_sensors: Vec<Summary>,
@@ -57,6 +58,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
             certainty_core::control::Blame::Shared => "shared",
             certainty_core::control::Blame::Own => "own",
         },
+        memory: study.manner.memory.name(),
         simulations: simulations.iter().map(of_case).collect(),
         failures: groups(&failures),
         by_sensors: failures.iter().map(of_case).collect(),
@@ -179,11 +181,12 @@ fn told(report: &Report) -> String {
         table(&rows)
     };
     format!(
-        "{} random courses from seed {}   obstacles from: {}   blame: {}\n\n{}\n{}\nevery run in {}\n",
+        "{} random courses from seed {}   obstacles from: {}   blame: {}   who remembers: {}\n\n{}\n{}\nevery run in {}\n",
         report.worlds,
         report.seed,
         report.map,
         report.blame,
+        report.memory,
         rows(&report.simulations),
         rows(&report.failures),
         report.files.join(", ")

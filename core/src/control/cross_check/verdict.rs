@@ -1,0 +1,254 @@
+//! Whether two that look at the same place agree.
+
+use super::super::histogram::{BEAMS, PerBeam, beam_bearing};
+use super::super::valley::beam_towards;
+use super::super::{PerRangefinder, RANGEFINDERS, Recollection};
+use super::CrossCheckConfig;
+use crate::transducer::Reading;
+use crate::units::{BinaryAngle, Direction, Millimeters, Point, Pose};
+
+/// Where the beams go, computed once.
+const BEAM_DIRECTIONS: PerBeam<Direction> = {
+    let mut directions = [BinaryAngle::ZERO.direction(); BEAMS];
+    let mut rest: &mut [Direction] = &mut directions;
+    let mut index = 0_u8;
+    while let [direction, others @ ..] = rest {
+        *direction = beam_bearing(index).direction();
+        rest = others;
+        index = index.wrapping_add(1);
+    }
+    directions
+};
+
+/// What two said about the same place: a rangefinder and the scanner, or one of them and the map.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Verdict {
+    /// Both see an object there.
+    Agreement,
+    /// One sees an object where the other sees through, or past it.
+    Contradiction,
+    /// They do not look at the same place, or one says nothing.
+    Silence,
+}
+
+/// What the map says of every sensor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Verdicts {
+    /// Of each rangefinder.
+    pub rangefinders: PerRangefinder<Verdict>,
+    /// Of the scanner, by most of its beams.
+    pub scanner: Verdict,
+}
+
+/// Beams that must see something the map remembers before the scanner is judged.
+const FEWEST_BEAMS: u8 = 5;
+
+/// Where each beam's echo is, in the robot's frame.
+fn points(scan: &PerBeam<Reading>, scanner: Pose) -> PerBeam<Option<Point>> {
+    let mut points = [None; BEAMS];
+    let beams = scan.iter().zip(&BEAM_DIRECTIONS);
+    for (point, (reading, &direction)) in points.iter_mut().zip(beams) {
+        if let Reading::Echo(distance) = reading {
+            let there = Point::ORIGIN.ahead(direction, *distance);
+            *point = Some(scanner.compose(Pose::new(there, BinaryAngle::ZERO)).at);
+        }
+    }
+    points
+}
+
+impl CrossCheckConfig {
+    /// Compares every rangefinder with the scanner.
+    pub(super) fn between(
+        &self,
+        rangefinders: &PerRangefinder<Reading>,
+        scan: &PerBeam<Reading>,
+    ) -> PerRangefinder<Verdict> {
+        let points = points(scan, self.views.scanner);
+        let mut verdicts = [Verdict::Silence; RANGEFINDERS];
+        let all = self.views.rangefinders.iter().zip(rangefinders);
+        for (verdict, (&mounting, &reading)) in verdicts.iter_mut().zip(all) {
+            *verdict = self.verdict(mounting, reading, scan, &points);
+        }
+        verdicts
+    }
+
+    /// Compares every sensor with the map.
+    pub(super) fn against(
+        &self,
+        rangefinders: &PerRangefinder<Reading>,
+        scan: &PerBeam<Reading>,
+        memory: &Recollection,
+    ) -> Verdicts {
+        let mut verdicts = [Verdict::Silence; RANGEFINDERS];
+        let all = rangefinders.iter().zip(&memory.sectors);
+        for (verdict, (&reading, sector)) in verdicts.iter_mut().zip(all) {
+            let Some((near, far)) = sector.ahead() else {
+                continue;
+            };
+            // Rays that meet two objects do not say which of them the beam meets.
+            if far.saturating_sub(near).get() <= 2 * GAP_MM {
+                *verdict = self.remembered(reading, near, far, self.views.rangefinders_see);
+            }
+        }
+        let (mut alike, mut unlike) = (0_u8, 0_u8);
+        for (&reading, &shown) in scan.iter().zip(&memory.scan) {
+            let Reading::Echo(distance) = shown else {
+                continue;
+            };
+            match self.remembered(reading, distance, distance, self.views.scanner_sees) {
+                Verdict::Agreement => alike = alike.saturating_add(1),
+                Verdict::Contradiction => unlike = unlike.saturating_add(1),
+                Verdict::Silence => {}
+            }
+        }
+        let scanner = if alike.saturating_add(unlike) < FEWEST_BEAMS {
+            Verdict::Silence
+        } else if unlike > alike {
+            Verdict::Contradiction
+        } else if unlike <= alike >> 1 {
+            Verdict::Agreement
+        } else {
+            Verdict::Silence
+        };
+        Verdicts {
+            rangefinders: verdicts,
+            scanner,
+        }
+    }
+
+    /// Compares a reading with what the map shows from `near` to `far`, within what the sensor sees.
+    fn remembered(
+        &self,
+        reading: Reading,
+        near: Millimeters,
+        far: Millimeters,
+        sees: Millimeters,
+    ) -> Verdict {
+        let slack = self.slack(far);
+        let (least, most) = (near.saturating_sub(slack), far.saturating_add(slack));
+        match reading {
+            _ if most >= sees => Verdict::Silence,
+            Reading::Missing(_) => Verdict::Silence,
+            Reading::Echo(told) if least <= told && told <= most => Verdict::Agreement,
+            Reading::Echo(_) | Reading::NoObject | Reading::TooNear => Verdict::Contradiction,
+        }
+    }
+
+    /// Compares one rangefinder with the scanner.
+    fn verdict(
+        &self,
+        mounting: Pose,
+        reading: Reading,
+        scan: &PerBeam<Reading>,
+        points: &PerBeam<Option<Point>>,
+    ) -> Verdict {
+        let told = match reading {
+            Reading::Echo(distance) => distance,
+            Reading::NoObject => Millimeters::new(u32::MAX),
+            Reading::TooNear => Millimeters::ZERO,
+            Reading::Missing(_) => return Verdict::Silence,
+        };
+        // What the scanner's surfaces would give the rangefinder.
+        if let Some((near, far)) = points_ahead(mounting, points) {
+            let slack = self.slack(far);
+            let beyond = far.saturating_add(slack);
+            if beyond < told && beyond < self.views.rangefinders_see {
+                return Verdict::Contradiction;
+            }
+            let one_surface = far.saturating_sub(near).get() <= GAP_MM;
+            if one_surface && near.saturating_sub(slack) <= told && told <= beyond {
+                return Verdict::Agreement;
+            }
+        }
+        match reading {
+            Reading::Echo(distance) => self.seen_through(mounting, distance, scan),
+            _ => Verdict::Silence,
+        }
+    }
+
+    /// Whether the scanner sees the rangefinder's echo, or past it.
+    fn seen_through(&self, mounting: Pose, echo: Millimeters, scan: &PerBeam<Reading>) -> Verdict {
+        let there = mounting.at.ahead(mounting.heading.direction(), echo);
+        let away = self.views.scanner.at.distance(there);
+        let Some(bearing) = self.views.scanner.at.bearing(there) else {
+            return Verdict::Silence;
+        };
+        let from_ahead = bearing.wrapping_sub(self.views.scanner.heading);
+        let slack = self.slack(away);
+        let (Some(beam), true) = (
+            beam_towards(from_ahead),
+            away.saturating_add(slack) < self.views.scanner_sees,
+        ) else {
+            return Verdict::Silence;
+        };
+        let beyond = away.saturating_add(slack);
+        let first = usize::from(beam).saturating_sub(2);
+        let (mut alike, mut past) = (0_u8, 0_u8);
+        for reading in scan.iter().skip(first).take(5) {
+            match reading {
+                Reading::Echo(distance) if distance.get().abs_diff(away.get()) <= slack.get() => {
+                    alike = alike.saturating_add(1);
+                }
+                Reading::Echo(distance) if *distance > beyond => past = past.saturating_add(1),
+                Reading::NoObject => past = past.saturating_add(1),
+                Reading::Echo(_) | Reading::TooNear | Reading::Missing(_) => {}
+            }
+        }
+        // At an edge some beams pass; a scanner that guesses hits now and then.
+        match (alike, past) {
+            (2.., _) => Verdict::Agreement,
+            (0, 5..) | (1, 3..) => Verdict::Contradiction,
+            _ => Verdict::Silence,
+        }
+    }
+
+    /// How far two distances may differ.
+    const fn slack(&self, distance: Millimeters) -> Millimeters {
+        (self.tolerance).saturating_add(Millimeters::new(distance.get() >> 4))
+    }
+}
+
+/// Neighbouring points farther apart are of two objects.
+const GAP_MM: u32 = 250;
+
+/// How far ahead of a rangefinder two points are, the nearer and the farther, that neighbouring beams of
+/// the scanner see on either side of the rangefinder's beam.
+///
+/// One point near the beam may be a corner that it passes; between two there is little room to pass.
+fn points_ahead(
+    mounting: Pose,
+    points: &PerBeam<Option<Point>>,
+) -> Option<(Millimeters, Millimeters)> {
+    let direction = mounting.heading.direction();
+    let (cos, sin) = (i64::from(direction.cos()), i64::from(direction.sin()));
+    // In the rangefinder's frame, in millimetres: 29 bits times 30.
+    let place = |point: Point| {
+        let x = i64::from(point.x_mm()).saturating_sub(mounting.at.x_mm().into());
+        let y = i64::from(point.y_mm()).saturating_sub(mounting.at.y_mm().into());
+        let along = x.wrapping_mul(cos).wrapping_add(y.wrapping_mul(sin));
+        let across = y.wrapping_mul(cos).wrapping_sub(x.wrapping_mul(sin));
+        (
+            along >> Direction::FRACTION_BITS,
+            across >> Direction::FRACTION_BITS,
+        )
+    };
+    let mut nearest: Option<(u32, u32)> = None;
+    let mut before: Option<(i64, i64)> = None;
+    for point in points {
+        let here = point.map(place);
+        if let (Some((one, left)), Some((other, right))) = (before, here) {
+            let crosses = (left < 0) != (right < 0);
+            let close = left.abs_diff(right) <= u64::from(GAP_MM);
+            let ends = (u32::try_from(one.min(other)), u32::try_from(one.max(other)));
+            if let (true, true, (Ok(near), Ok(far))) = (crosses, close, ends)
+                && nearest.is_none_or(|(_, known)| far < known)
+            {
+                nearest = Some((near, far));
+            }
+        }
+        before = here;
+    }
+    nearest.map(|(near, far)| (Millimeters::new(near), Millimeters::new(far)))
+}

@@ -1,0 +1,203 @@
+//! What the map remembers where the sensors look, and how it makes up for them.
+
+use super::histogram::PerBeam;
+use super::map_scan::scan_of_map;
+use super::motion::HALF;
+use super::nearness::nearer;
+use super::{Failure, Failures, PerRangefinder, Sector, Signal, Views};
+use crate::certainty::Certainty;
+use crate::fusion::{CertaintyGrid, Environment};
+use crate::transducer::Reading;
+use crate::units::Pose;
+
+/// What the map shows where the sensors look.
+///
+/// A map of what was seen by sensors that are believed remembers what none of them sees now: what is
+/// beside the robot, what a sensor that broke saw before, what others saw in its place. \[004\] drives by
+/// the readings of the moment alone.
+///
+/// Memory: 2 kB, most of it the scan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Recollection {
+    /// Around each rangefinder.
+    pub sectors: PerRangefinder<Sector>,
+    /// Where the scanner looks.
+    pub scan: PerBeam<Reading>,
+}
+
+/// What a robot that remembers goes by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Completed<'a> {
+    /// In the place of the rangefinders' readings.
+    pub rangefinders: PerRangefinder<Reading>,
+    /// In the place of the scanner's.
+    pub scan: &'a PerBeam<Reading>,
+    /// How far each of them is to be doubted.
+    pub failures: Failures,
+}
+
+impl Recollection {
+    /// Returns what a robot at `robot` would see in the map: cells surer than `obstacle`.
+    ///
+    /// Cost: the cells on 167 lines.
+    #[must_use]
+    pub fn of_map<G: CertaintyGrid>(
+        map: &Environment<'_, G>,
+        robot: Pose,
+        views: &Views,
+        obstacle: Certainty,
+    ) -> Self {
+        let sector = |mounting| {
+            let from = robot.compose(mounting);
+            Sector::of_map(map, from, views.rangefinders_see, obstacle)
+        };
+        let scanner = robot.compose(views.scanner);
+        Self {
+            sectors: views.rangefinders.map(sector),
+            scan: scan_of_map(map, scanner, views.scanner_sees, obstacle),
+        }
+    }
+
+    /// Returns what the robot goes by where its sensors say `rangefinders` and `scan` and are believed to
+    /// have failed as `failures` say.
+    ///
+    /// - A rangefinder that is believed tells the nearer of what it says and what is remembered around it.
+    /// - For one that is not, by half at least, the memory speaks alone; so for the scanner.
+    /// - Who is spoken for is doubted by 1 less the memory's worth. It is worth as much as the scanner is
+    ///   believed, which draws nearly all of it; without the scanner as much as the rangefinders are in the
+    ///   mean, at most a half. So where all have failed it is worth nothing, and the robot stands.
+    #[must_use]
+    pub fn complete<'a>(
+        &'a self,
+        rangefinders: &PerRangefinder<Reading>,
+        scan: &'a PerBeam<Reading>,
+        failures: &Failures,
+    ) -> Completed<'a> {
+        let broken = |failure: Failure| failure.part() >= HALF;
+        let forgotten = Failure::new_saturating(Signal::ONE.saturating_sub(worth(failures)));
+        let mut completed = Completed {
+            rangefinders: *rangefinders,
+            scan,
+            failures: *failures,
+        };
+        let doubts = completed.failures.rangefinders.iter_mut();
+        let each = completed.rangefinders.iter_mut().zip(doubts);
+        for ((reading, doubt), sector) in each.zip(&self.sectors) {
+            if broken(*doubt) {
+                *reading = sector.nearest();
+                *doubt = forgotten.min(*doubt);
+            } else {
+                *reading = nearer(*reading, sector.nearest());
+            }
+        }
+        if broken(failures.scanner) {
+            completed.scan = &self.scan;
+            completed.failures.scanner = forgotten.min(failures.scanner);
+        }
+        completed
+    }
+}
+
+/// How far a memory can be believed that such sensors draw.
+fn worth(failures: &Failures) -> Signal {
+    let each = failures.rangefinders.iter();
+    let (sum, count) = each.fold((Signal::ZERO, 0_i32), |(sum, count), failure| {
+        let sum = sum.saturating_add(failure.left());
+        (sum, count.wrapping_add(1))
+    });
+    let mean = Signal::from_bits(sum.to_bits().checked_div(count).unwrap_or(0));
+    failures.scanner.left().max(mean.min(HALF))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{BEAMS, RANGEFINDERS};
+    use super::*;
+    use crate::transducer::Missing;
+    use crate::units::Millimeters;
+
+    const NOTHING: PerBeam<Reading> = [Reading::NoObject; BEAMS];
+
+    const fn echo(mm: u32) -> Reading {
+        Reading::Echo(Millimeters::new(mm))
+    }
+
+    /// Something a metre away everywhere.
+    fn memory() -> Recollection {
+        Recollection {
+            sectors: [Sector::of_rays([echo(1000); 11]); RANGEFINDERS],
+            scan: [echo(1000); BEAMS],
+        }
+    }
+
+    fn failed(rangefinders: usize, scanner: bool) -> Failures {
+        let mut failures = Failures::NONE;
+        failures.rangefinders[..rangefinders].fill(Failure::TOTAL);
+        if scanner {
+            failures.scanner = Failure::TOTAL;
+        }
+        failures
+    }
+
+    #[test]
+    fn who_is_believed_tells_the_nearer_of_sight_and_memory() {
+        let mut readings = [Reading::NoObject; RANGEFINDERS];
+        readings[0] = echo(400);
+        readings[1] = echo(1400);
+        readings[2] = Reading::Missing(Missing::Timeout);
+        let memory = memory();
+        let completed = memory.complete(&readings, &NOTHING, &Failures::NONE);
+        let (near, far) = (echo(400), echo(1000));
+        assert_eq!(completed.rangefinders, [near, far, far, far, far, far]);
+        // The scanner is believed, and needs no memory.
+        assert_eq!(completed.scan, &NOTHING);
+        assert_eq!(completed.failures, Failures::NONE);
+    }
+
+    #[test]
+    fn for_who_is_not_believed_the_memory_speaks_alone() {
+        let memory = memory();
+        let close = [echo(100); RANGEFINDERS];
+        let completed = memory.complete(&close, &NOTHING, &failed(1, false));
+        assert_eq!(completed.rangefinders[0], echo(1000));
+        assert_eq!(completed.rangefinders[1..], [echo(100); 5]);
+        assert_eq!(completed.failures, Failures::NONE);
+        let completed = memory.complete(&close, &NOTHING, &failed(0, true));
+        assert_eq!(completed.scan, &memory.scan);
+    }
+
+    /// By hand: without the scanner (6 − n) / 6 of the memory is left where n rangefinders have failed, at
+    /// most a half.
+    #[test]
+    fn what_nobody_draws_is_worth_nothing() {
+        let memory = memory();
+        let doubt = |failures: &Failures| {
+            let readings = [Reading::NoObject; RANGEFINDERS];
+            let completed = memory.complete(&readings, &NOTHING, failures).failures;
+            let [first, ..] = completed.rangefinders;
+            let parts = [first, completed.scanner].map(|failure| failure.part().to_num::<f64>());
+            (parts[0], parts[1])
+        };
+        assert_eq!(doubt(&failed(6, false)), (0.0, 0.0));
+        assert_eq!(doubt(&failed(0, true)), (0.0, 0.5));
+        assert_eq!(doubt(&failed(2, true)), (0.5, 0.5));
+        let left = 1.0 / 3.0;
+        let (rangefinder, scanner) = doubt(&failed(4, true));
+        assert!((rangefinder - (1.0 - left)).abs() < 1e-4 && rangefinder == scanner);
+        assert_eq!(
+            memory
+                .complete(&[echo(9); 6], &NOTHING, &Failures::ALL)
+                .failures,
+            Failures::ALL
+        );
+        // Nobody is doubted more for being spoken for.
+        let mut half = failed(0, true);
+        half.rangefinders = [Failure::TOTAL; RANGEFINDERS];
+        half.rangefinders[0] = Failure::new_saturating(HALF);
+        half.rangefinders[1] = Failure::NONE;
+        // A quarter is left in the mean.
+        assert_eq!(doubt(&half), (0.5, 0.75));
+    }
+}

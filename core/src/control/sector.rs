@@ -1,0 +1,144 @@
+//! What the map shows where a rangefinder looks, and beside it.
+
+use super::map_scan::beam_in_map;
+use super::nearness::nearer;
+use crate::certainty::Certainty;
+use crate::fusion::{CertaintyGrid, Environment};
+use crate::transducer::Reading;
+use crate::units::{BinaryAngle, Millimeters, Pose};
+
+/// Rays of a sector.
+const RAYS: usize = 11;
+
+/// Between two rays.
+const STEP: BinaryAngle = BinaryAngle::from_millidegrees(5000);
+
+/// Where the first one points, from where the rangefinder looks.
+const RIGHTMOST: BinaryAngle = BinaryAngle::from_millidegrees(-25_000);
+
+/// What 11 rays meet in the map, 5° from each other: from 25° to the right of where a rangefinder looks
+/// to 25° to the left.
+///
+/// So six rangefinders at ±15°, ±45° and ±95° leave no gap on either side of the robot: the map, unlike
+/// a beam, can be asked for what lies between two of them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Sector([Reading; RAYS]);
+
+impl Sector {
+    /// A sector in which the map shows nothing.
+    pub const EMPTY: Self = Self([Reading::NoObject; RAYS]);
+
+    /// Creates the sector of rays that met so much, from the right to the left.
+    #[must_use]
+    pub const fn of_rays(rays: [Reading; RAYS]) -> Self {
+        Self(rays)
+    }
+
+    /// Returns what the map shows around `from`: cells surer than `obstacle`.
+    ///
+    /// Cost: the cells on 11 lines of `farthest` length.
+    #[must_use]
+    pub fn of_map<G: CertaintyGrid>(
+        map: &Environment<'_, G>,
+        from: Pose,
+        farthest: Millimeters,
+        obstacle: Certainty,
+    ) -> Self {
+        let mut heading = from.heading.wrapping_add(RIGHTMOST);
+        let mut rays = [Reading::NoObject; RAYS];
+        for ray in &mut rays {
+            *ray = beam_in_map(map, Pose::new(from.at, heading), farthest, obstacle);
+            heading = heading.wrapping_add(STEP);
+        }
+        Self(rays)
+    }
+
+    /// Returns the nearest that any ray meets.
+    #[must_use]
+    pub fn nearest(&self) -> Reading {
+        self.0.into_iter().fold(Reading::NoObject, nearer)
+    }
+
+    /// Returns the nearest and the farthest that the three rays in the middle meet, or nothing where one
+    /// of them meets nothing: then the rangefinder may pass by an edge.
+    #[must_use]
+    pub fn ahead(&self) -> Option<(Millimeters, Millimeters)> {
+        let [_, _, _, _, right, ahead, left, ..] = self.0;
+        let (Reading::Echo(right), Reading::Echo(ahead), Reading::Echo(left)) =
+            (right, ahead, left)
+        else {
+            return None;
+        };
+        Some((right.min(ahead).min(left), right.max(ahead).max(left)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fusion::{BayesGrid, Geometry, Measurement, Strength};
+    use crate::sensor::SensorId;
+    use crate::units::Point;
+
+    const FAR: Millimeters = Millimeters::new(3000);
+
+    /// A map of 4 m by 4 m in cells of 10 cm, occupied where it is told, and what is seen from its middle.
+    fn seen(occupied: &[(i32, i32)], degrees: i32) -> Sector {
+        let shape = Geometry::try_new(40, 40, Millimeters::new(100), Point::from_mm(-2000, -2000));
+        let shape = shape.unwrap();
+        let mut grid = BayesGrid::try_new(shape, Strength::UNLIMITED, [0; 1600]).unwrap();
+        let measurement = Measurement {
+            sensor: SensorId::new(1).unwrap(),
+            certainty: Certainty::OCCUPIED,
+        };
+        for &(x, y) in occupied {
+            let cell = shape.cell_at(Point::from_mm(x, y)).unwrap();
+            grid.add(cell, measurement, &mut []);
+        }
+        let heading = BinaryAngle::from_millidegrees(degrees * 1000);
+        let from = Pose::new(Point::from_mm(50, 50), heading);
+        let map = Environment::new(&grid, &[]);
+        Sector::of_map(&map, from, FAR, Certainty::from_bits(192))
+    }
+
+    const fn echo(mm: u32) -> Reading {
+        Reading::Echo(Millimeters::new(mm))
+    }
+
+    /// A cell 1 m away at 20° is met by the ray at 20°, and by no ray of a sector that looks away.
+    #[test]
+    fn what_stands_beside_the_ray_is_in_the_sector() {
+        let beside = (50 + 940, 50 + 342);
+        // To the centre of its cell, (950, 350).
+        let there = (950_f64 - 50.0).hypot(350.0 - 50.0);
+        assert_eq!(seen(&[beside], 0).nearest(), echo(there as u32));
+        assert_eq!(seen(&[beside], 0).ahead(), None);
+        assert_eq!(seen(&[beside], -20), Sector::EMPTY);
+        assert_eq!(seen(&[beside], 60), Sector::EMPTY);
+        assert_eq!(seen(&[], 0).nearest(), Reading::NoObject);
+    }
+
+    #[test]
+    fn a_wall_is_ahead_and_its_end_is_not() {
+        let wall: Vec<(i32, i32)> = (-5..=5).map(|row| (1050, 50 + 100 * row)).collect();
+        // To the centres of the cells 1 m ahead: 1000 in the middle, 1004 beside it.
+        let ahead = seen(&wall, 0).ahead();
+        assert_eq!(
+            ahead,
+            Some((Millimeters::new(1000), Millimeters::new(1004)))
+        );
+        assert_eq!(seen(&wall, 0).nearest(), echo(1000));
+        // Without its left half only rays to the right and ahead meet it.
+        assert_eq!(seen(&wall[..6], 0).ahead(), None);
+    }
+
+    #[test]
+    fn sectors_to_both_sides_mirror_each_other() {
+        let left = [(650, 450), (850, 250)];
+        let right = left.map(|(x, y)| (x, 100 - y));
+        let (mut one, other) = (seen(&left, 45).0, seen(&right, -45).0);
+        one.reverse();
+        assert_eq!(one, other);
+    }
+}
