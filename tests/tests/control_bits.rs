@@ -29,24 +29,32 @@ fn a_control_step_takes_the_instructions_that_are_written_down() {
     let ran = firmware::counted(&image);
     assert_eq!(ran.code, Some(0), "{ran:?}");
     let printed = format!("{}{}", ran.stdout, ran.stderr);
-    for (scene, expected) in [
-        ("open", 9786),
-        ("a post ahead", 33_264),
-        ("walls all around", 153_578),
+    for (scene, what, expected) in [
+        ("open", "step", 10_296),
+        ("a post ahead", "step", 32_561),
+        ("walls all around", "step", 146_596),
+        ("nothing remembered", "recollection", 415_023),
+        ("a wall remembered", "recollection", 335_790),
+        ("a wall remembered", "recall", 6295),
     ] {
-        let line = printed
+        let told = printed
             .lines()
-            .find(|line| line.starts_with(&format!("{scene}: step ")));
-        let words: Vec<&str> = line
-            .unwrap_or_else(|| panic!("{printed}"))
-            .split(' ')
-            .collect();
-        let number = words.iter().position(|word| *word == "step").unwrap() + 1;
-        let instructions: u32 = words[number].parse().unwrap();
+            .find(|line| line.starts_with(&format!("{scene}: ")));
+        let told = told.unwrap_or_else(|| panic!("{printed}"));
+        let mut words = told[scene.len() + 1..].split_whitespace();
+        let number = words.by_ref().skip_while(|word| *word != what).nth(1);
+        let number = number.map(|number| number.trim_end_matches(','));
+        let instructions: u32 = number.unwrap_or_default().parse().unwrap();
         let (least, most) = (expected * 4 / 5, expected * 6 / 5);
         assert!(
             (least..=most).contains(&instructions),
-            "{scene}: {instructions}"
+            "{scene}, {what}: {instructions}"
         );
     }
+    // The map is held against the sensors, and makes up for them.
+    assert!(printed.contains("scanner silent, 0 nearer"), "{printed}");
+    assert!(
+        printed.contains("scanner contradicts, 4 nearer"),
+        "{printed}"
+    );
 }

@@ -5,10 +5,15 @@
 #![no_std]
 #![no_main]
 
+use certainty_core::certainty::Certainty;
 use certainty_core::control::{
     BEAMS, Caution, ControlRules, Controller, CrossCheck, CrossCheckConfig, Dated, Failures,
-    PerBeam, PerRangefinder, Side, Situation, Views,
+    PerBeam, PerRangefinder, Recollection, Side, Situation, Verdict, Views,
 };
+use certainty_core::fusion::{
+    BayesGrid, CertaintyGrid, Environment, Geometry, Measurement, Strength,
+};
+use certainty_core::sensor::SensorId;
 use certainty_core::transducer::Reading;
 use certainty_core::units::{BinaryAngle, Millimeters, Point, Pose, Ticks};
 use cortex_m::Peripherals;
@@ -58,12 +63,96 @@ const fn echo(mm: u32) -> Reading {
     Reading::Echo(Millimeters::new(mm))
 }
 
+/// Nothing in sight.
+static OPEN: PerBeam<Reading> = [Reading::NoObject; BEAMS];
+
+/// A post of 21 beams at 1.5 m.
+static POST: PerBeam<Reading> = {
+    let mut scan = [Reading::NoObject; BEAMS];
+    let (_, mut rest) = scan.split_at_mut(40);
+    while let [reading, others @ ..] = rest {
+        if others.len() >= 40 {
+            *reading = echo(1500);
+        }
+        rest = others;
+    }
+    scan
+};
+
+/// Walls at 0.9 m.
+static WALLS: PerBeam<Reading> = [echo(900); BEAMS];
+
 fn ticks<T>(clock: &mut SYST, mut work: impl FnMut() -> T) -> (u32, T) {
     clock.clear_current();
     let before = SYST::get_current();
     let done = work();
     let after = SYST::get_current();
     (before.wrapping_sub(after) & FULL, done)
+}
+
+/// Cells of a map of 4 m by 4 m around the robot, of 10 cm each.
+type Cells = [u8; 1600];
+
+/// Returns a map in which a line across, `x` ahead, is occupied, or nothing.
+fn map(x: Option<i32>, cells: &mut Cells) -> Option<BayesGrid<Geometry, &mut Cells>> {
+    let corner = Point::from_mm(-500, -2000);
+    let shape = Geometry::try_new(40, 40, Millimeters::new(100), corner).ok()?;
+    let mut grid = BayesGrid::try_new(shape, Strength::UNLIMITED, cells).ok()?;
+    let seen = Measurement {
+        sensor: SensorId::new(1)?,
+        certainty: Certainty::OCCUPIED,
+    };
+    for y in (-1950..2000).step_by(100) {
+        if let Some(cell) = x.and_then(|x| shape.cell_at(Point::from_mm(x, y))) {
+            grid.add(cell, seen, &mut []);
+        }
+    }
+    Some(grid)
+}
+
+/// What it costs to remember, and to hold that against the sensors.
+#[inline(never)]
+fn measure_memory(
+    clock: &mut SYST,
+    name: &str,
+    (x, cells): (Option<i32>, &mut Cells),
+    scan: &PerBeam<Reading>,
+    near: &PerRangefinder<Reading>,
+) {
+    let Some(grid) = map(x, cells) else {
+        return;
+    };
+    let (nothing, ()) = ticks(clock, || ());
+    let mut memory = Recollection::NOTHING;
+    let (remembering, ()) = ticks(clock, || {
+        let map = Environment::new(&grid, &[]);
+        let obstacle = Certainty::from_bits(192);
+        memory = Recollection::of_map(&map, Pose::default(), &CHECK.views, obstacle);
+    });
+    let mut check = CrossCheck::new(CHECK);
+    let (recalling, verdicts) = ticks(clock, || check.recall(near, scan, &memory));
+    let (completing, completed) = ticks(clock, || {
+        memory.complete(near, scan, &check.failures()).rangefinders
+    });
+    let agrees = match verdicts.scanner {
+        Verdict::Agreement => "agrees",
+        Verdict::Contradiction => "contradicts",
+        Verdict::Silence => "silent",
+    };
+    let nearer = completed
+        .iter()
+        .zip(near)
+        .filter(|(one, other)| one != other)
+        .count();
+    hprintln!(
+        "{}: recollection {} instructions, recall {}, completion {}; scanner {}, {} nearer",
+        name,
+        instructions(remembering.wrapping_sub(nothing)),
+        instructions(recalling.wrapping_sub(nothing)),
+        instructions(completing.wrapping_sub(nothing)),
+        agrees,
+        nearer
+    );
 }
 
 fn measure(clock: &mut SYST, name: &str, scan: &PerBeam<Reading>, near: &PerRangefinder<Reading>) {
@@ -103,18 +192,14 @@ fn measure(clock: &mut SYST, name: &str, scan: &PerBeam<Reading>, near: &PerRang
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
+    // The entry point lends it out once.
+    static mut CELLS: Cells = [0; 1600];
     let status = match Peripherals::take() {
         Some(mut board) => {
             let clock = &mut board.SYST;
             clock.set_clock_source(SystClkSource::Core);
             clock.set_reload(FULL);
             clock.enable_counter();
-            let open = [Reading::NoObject; BEAMS];
-            measure(clock, "open", &open, &[Reading::NoObject; 6]);
-            let mut post = open;
-            for reading in post.iter_mut().skip(40).take(21) {
-                *reading = echo(1500);
-            }
             let near = [
                 echo(1400),
                 echo(2000),
@@ -123,13 +208,12 @@ fn main() -> ! {
                 echo(2000),
                 echo(1400),
             ];
-            measure(clock, "a post ahead", &post, &near);
-            measure(
-                clock,
-                "walls all around",
-                &[echo(900); BEAMS],
-                &[echo(700); 6],
-            );
+            measure(clock, "open", &OPEN, &[Reading::NoObject; 6]);
+            measure(clock, "a post ahead", &POST, &near);
+            measure(clock, "walls all around", &WALLS, &[echo(700); 6]);
+            measure_memory(clock, "nothing remembered", (None, CELLS), &OPEN, &near);
+            let wall = (Some(1450), CELLS);
+            measure_memory(clock, "a wall remembered", wall, &POST, &near);
             debug::EXIT_SUCCESS
         }
         None => debug::EXIT_FAILURE,

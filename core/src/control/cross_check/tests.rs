@@ -229,11 +229,6 @@ fn memory_of_wall() -> Recollection {
     }
 }
 
-const NOTHING_REMEMBERED: Recollection = Recollection {
-    sectors: [Sector::EMPTY; RANGEFINDERS],
-    scan: [Reading::NoObject; BEAMS],
-};
-
 const BLIND: PerRangefinder<Reading> = [Reading::NoObject; RANGEFINDERS];
 
 /// After so many times of `recall` and `observe`.
@@ -265,7 +260,7 @@ fn who_says_what_the_map_says_is_not_suspected() {
         [0.0; 7]
     );
     // Nor who sees what nobody saw before.
-    let verdicts = check.recall(&of_wall(), &wall(), &NOTHING_REMEMBERED);
+    let verdicts = check.recall(&of_wall(), &wall(), &Recollection::NOTHING);
     assert_eq!(verdicts.rangefinders, [Silence; RANGEFINDERS]);
     assert_eq!(verdicts.scanner, Silence);
 }
@@ -334,7 +329,7 @@ fn a_scan_is_judged_by_most_of_its_beams() {
 #[test]
 fn an_edge_in_the_map_judges_no_rangefinder() {
     let judged = |rays: [Reading; 11], reading: Reading| {
-        let mut memory = NOTHING_REMEMBERED;
+        let mut memory = Recollection::NOTHING;
         memory.sectors[0] = Sector::of_rays(rays);
         let mut rangefinders = BLIND;
         rangefinders[0] = reading;
@@ -371,10 +366,10 @@ fn what_contradicted_the_map_is_forgotten_where_it_remembers_nothing() {
     }
     assert_eq!(check.failures().scanner, Failure::TOTAL);
     for _ in 0..47 {
-        check.recall(&BLIND, &[Reading::NoObject; BEAMS], &NOTHING_REMEMBERED);
+        check.recall(&BLIND, &[Reading::NoObject; BEAMS], &Recollection::NOTHING);
     }
     assert_ne!(check.suspicions, Suspicions::NONE);
-    check.recall(&BLIND, &[Reading::NoObject; BEAMS], &NOTHING_REMEMBERED);
+    check.recall(&BLIND, &[Reading::NoObject; BEAMS], &Recollection::NOTHING);
     assert_eq!(check.suspicions, Suspicions::NONE);
     assert_eq!(check.failures(), Failures::NONE);
 }
