@@ -172,6 +172,7 @@ fn bad_input_is_one_line_that_says_what_to_do() {
         ("--fault stuck", "names no sensor"),
         ("--health known", "use given, diagnosed or ignored"),
         ("--map grid", "use beams, bayes"),
+        ("--memory me", "use nobody, diagnosed or everyone"),
         ("--goal 10,0", "has no unit"),
         ("--world inside.toml", "inside an obstacle"),
         ("--world missing.toml", "missing.toml"),
