@@ -1,12 +1,12 @@
 //! All behaviours together: \[004\] eq. 1.
 
-use super::braitenberg::{PerRangefinder, RANGEFINDERS};
+use super::braitenberg::PerRangefinder;
 use super::histogram::PerBeam;
 use super::motion::{HALF, scaled};
-use super::nearness::{distance, nearness, share};
+use super::nearness::{distance, in_the_way, nearness};
 use super::{
-    Blame, ControlRules, Coverage, Credibility, Failures, Motion, PolarHistogram, Side, Signal,
-    Valley, Wheels, azimuth_turn, linear_speed,
+    Blame, ControlConfig, ControlRules, Coverage, CoverageConfig, Credibility, Failure, Failures,
+    Motion, PolarHistogram, Side, Signal, Valley, Wheels, azimuth_turn, linear_speed,
 };
 use crate::transducer::{Missing, Reading};
 use crate::units::{BinaryAngle, Millimeters, Point, Pose, Ticks};
@@ -146,12 +146,12 @@ impl<R: Borrow<ControlRules>> Controller<R> {
     // Not inlined: its histogram must not be on the stack while the caller makes the scan.
     #[inline(never)]
     pub fn step(&mut self, situation: &Situation<'_>) -> Command {
-        let fresh = Fresh::of(situation, self.rules.borrow().config().stale_after);
+        let fresh = Fresh::of(situation, self.rules.borrow().config());
         let mut credibility = Credibility::of(&situation.failures);
         if self.rules.borrow().config().blame == Blame::Own {
             credibility.braitenberg = Signal::ONE;
         }
-        let nearest = fresh.nearest();
+        let nearest = fresh.nearest(self.rules.borrow().config());
         let (wanted, valley, caution, coverage) =
             self.wanted(situation, &fresh, &credibility, nearest);
         if let Some(side) = valley.and_then(Valley::side) {
@@ -180,7 +180,7 @@ impl<R: Borrow<ControlRules>> Controller<R> {
         nearest: Millimeters,
     ) -> (Motion, Option<Valley>, Caution, Coverage) {
         let config = self.rules.borrow().config();
-        let coverage = Coverage::of(&config.coverage, &fresh.left, fresh.scanner_left);
+        let coverage = fresh.coverage(&config.coverage);
         if situation.pose.at.distance(situation.goal) <= config.goal_radius {
             return (Motion::STILL, None, Caution::Arrived, coverage);
         }
@@ -238,14 +238,18 @@ impl<R: Borrow<ControlRules>> Controller<R> {
         let chosen = (config.threshold).choose(&histogram, goal, self.kept, config.commitment);
         match chosen {
             Some(valley) => (valley.turn(), chosen, true),
-            None if fresh.scanner_left >= HALF => (self.kept.signed(HALF), None, false),
+            None if is_heeded(fresh.scanner_left) => (self.kept.signed(HALF), None, false),
             None => (Signal::ZERO, None, true),
         }
     }
 }
 
-/// Beams, in the width of a count.
-const BEAM_COUNT: u32 = 101;
+/// Whether a sensor is believed by half at least, of which `left` is left.
+///
+/// One that is not stops nobody; so it must not count as seeing either.
+fn is_heeded(left: Signal) -> bool {
+    left >= HALF
+}
 
 /// A situation in which what is stale is missing, and what is missing is not believed.
 struct Fresh<'a> {
@@ -253,13 +257,19 @@ struct Fresh<'a> {
     /// 1 − φ of those that were heard.
     left: PerRangefinder<Signal>,
     scan: Option<&'a PerBeam<Reading>>,
-    /// The same of the scanner, by the part of its beams that were heard.
+    /// The same of the scanner.
     scanner_left: Signal,
 }
 
 impl<'a> Fresh<'a> {
-    fn of(situation: &Situation<'a>, stale_after: u32) -> Self {
-        let stale = |at: Ticks| situation.now.since(at) > stale_after;
+    fn of(situation: &Situation<'a>, config: &ControlConfig) -> Self {
+        let stale_after = config.stale_after;
+        // What is dated a little ahead is fresh, as clocks may differ; no half turn of the ticks makes old
+        // things new.
+        let stale = |at: Ticks| {
+            let age = situation.now.get().wrapping_sub(at.get());
+            age > stale_after && age < stale_after.wrapping_neg()
+        };
         let readings = situation.rangefinders.map(|dated| {
             if stale(dated.at) {
                 Reading::Missing(Missing::Timeout)
@@ -267,36 +277,32 @@ impl<'a> Fresh<'a> {
                 dated.what
             }
         });
-        let mut left = [Signal::ZERO; RANGEFINDERS];
-        let heard = readings.iter().zip(&situation.failures.rangefinders);
-        for (left, (reading, failure)) in left.iter_mut().zip(heard) {
-            if !matches!(reading, Reading::Missing(_)) {
-                *left = failure.left();
-            }
-        }
         let scan = (!stale(situation.scan.at)).then_some(situation.scan.what);
-        let heard = scan.map_or(0, |scan| {
-            let missing = |reading: &&Reading| matches!(reading, Reading::Missing(_));
-            let silent = scan.iter().filter(missing);
-            silent.fold(BEAM_COUNT, |heard, _| heard.saturating_sub(1))
-        });
-        let scanner_left = scaled(situation.failures.scanner.left(), share(heard, BEAM_COUNT));
+        let failures = situation.failures.or_silent(&readings, scan);
+        let scanner_left = failures.scanner.left();
         Self {
             readings,
-            left,
+            left: failures.rangefinders.map(Failure::left),
             scan: scan.filter(|_| scanner_left > Signal::ZERO),
             scanner_left,
         }
     }
 
-    /// How far the nearest obstacle is that a sensor tells of which is believed at least by half.
-    fn nearest(&self) -> Millimeters {
-        let half = HALF;
+    /// How much of what lies ahead is seen by who is heeded.
+    fn coverage(&self, config: &CoverageConfig) -> Coverage {
+        let heeded = |left| if is_heeded(left) { left } else { Signal::ZERO };
+        Coverage::of(config, &self.left.map(heeded), heeded(self.scanner_left))
+    }
+
+    /// How far the nearest obstacle is that a sensor tells of which is heeded.
+    fn nearest(&self, config: &ControlConfig) -> Millimeters {
         let rangefinders = self.readings.iter().zip(&self.left);
         let rangefinders = rangefinders
-            .filter(|&(_, &left)| left >= half)
-            .filter_map(|(&reading, _)| distance(reading));
-        let scan = self.scan.filter(|_| self.scanner_left >= half);
+            .filter(|&(_, &left)| is_heeded(left))
+            .filter_map(|(&reading, _)| {
+                in_the_way(reading, config.rangefinder_default, config.outlook)
+            });
+        let scan = self.scan.filter(|_| is_heeded(self.scanner_left));
         let beams = scan
             .into_iter()
             .flatten()

@@ -44,7 +44,10 @@ impl Credibility {
     pub fn of(failures: &Failures) -> Self {
         let parts = failures.rangefinders.map(|failure| failure.part());
         let sum = parts.into_iter().fold(Signal::ZERO, Signal::saturating_add);
-        let product = parts.into_iter().fold(failures.scanner.part(), scaled);
+        // Pair by pair, so that what is rounded is the same for left and right.
+        let [a, b, c, d, e, f] = parts;
+        let pairs = [scaled(a, f), scaled(b, e), scaled(c, d)];
+        let product = pairs.into_iter().fold(failures.scanner.part(), scaled);
         Self {
             braitenberg: inverse_of(sum),
             histogram: failures.scanner.left(),

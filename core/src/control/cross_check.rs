@@ -7,11 +7,12 @@ use super::histogram::PerBeam;
 use super::{Failures, PerRangefinder, Recollection, Views};
 use crate::transducer::Reading;
 use crate::units::Millimeters;
+use core::fmt;
 use suspicions::{Standing, Suspicions};
 
 pub use verdict::{Verdict, Verdicts};
 
-/// What a cross-check leaves open.
+/// What a cross-check leaves open, before it is checked ([`CrossCheck::try_new`]).
 ///
 /// The weights are steps of a logarithm of odds: a sound pair contradicts itself at edges, about once in
 /// twenty readings, a broken one nearly always, and agrees by chance alone.
@@ -22,18 +23,39 @@ pub struct CrossCheckConfig {
     pub views: Views,
     /// How far two sensors that see the same may differ, besides a sixteenth of the distance.
     pub tolerance: Millimeters,
-    /// What a contradiction adds to the suspicion of a pair.
+    /// What a contradiction adds to the suspicion of a pair; above zero.
     pub contradiction: u8,
-    /// What an agreement takes.
+    /// What an agreement takes; above zero.
     pub agreement: u8,
-    /// The most that contradictions add up to.
+    /// The most that contradictions add up to; at least twice what a failure costs.
     pub most: u8,
     /// The most that agreements add up to. It is forgotten step by step while they see nothing alike, so
     /// that only those who agree now speak against those who contradict.
     pub credit: u8,
-    /// How much suspicion makes a failure likelier than chance: what a failure costs.
+    /// How much suspicion makes a failure likelier than chance: what a failure costs; above zero.
     pub unlikely: u8,
 }
+
+/// Why a configuration was refused.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum CrossCheckConfigError {
+    /// A contradiction, an agreement or a failure weighs nothing.
+    Weightless,
+    /// No suspicion can grow so large that somebody is found broken for certain.
+    NeverFound,
+}
+
+impl fmt::Display for CrossCheckConfigError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Weightless => "a contradiction, an agreement and a failure must weigh something",
+            Self::NeverFound => "contradictions must add up to twice what a failure costs",
+        })
+    }
+}
+
+impl core::error::Error for CrossCheckConfigError {}
 
 /// Suspicion of each pair of a rangefinder and the scanner, and who of the two it falls on.
 ///
@@ -51,8 +73,7 @@ pub struct CrossCheckConfig {
 /// that even a blind sensor agrees on. Prefer the grid's [`Health`](crate::health::Health) for sensors
 /// that look where others have been.
 ///
-/// Cost: 101 products of vectors a rangefinder. Memory: 34 bytes and the
-/// configuration.
+/// Cost: 101 products of vectors a rangefinder. Memory: 36 bytes and the configuration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct CrossCheck {
@@ -64,12 +85,21 @@ pub struct CrossCheck {
 
 impl CrossCheck {
     /// Creates a check that suspects nobody.
-    #[must_use]
-    pub const fn new(config: CrossCheckConfig) -> Self {
-        Self {
-            config,
-            suspicions: Suspicions::NONE,
-            standing: Standing::NOBODY,
+    ///
+    /// # Errors
+    ///
+    /// [`CrossCheckConfigError`] names what cannot be.
+    pub const fn try_new(config: CrossCheckConfig) -> Result<Self, CrossCheckConfigError> {
+        if config.contradiction == 0 || config.agreement == 0 || config.unlikely == 0 {
+            Err(CrossCheckConfigError::Weightless)
+        } else if config.most >> 1 < config.unlikely {
+            Err(CrossCheckConfigError::NeverFound)
+        } else {
+            Ok(Self {
+                config,
+                suspicions: Suspicions::NONE,
+                standing: Standing::NOBODY,
+            })
         }
     }
 

@@ -2,9 +2,11 @@
 
 use super::Signal;
 use super::braitenberg::{PerRangefinder, RANGEFINDERS};
-use super::motion::HALF;
-use crate::health::{Confidence, Health, HealthConfig, Status};
+use super::histogram::{BEAMS, PerBeam};
+use super::motion::{HALF, scaled, share};
+use crate::health::{Confidence, Health, HealthConfig, HealthRules, Status};
 use crate::narrow::low_u32;
+use crate::transducer::Reading;
 
 /// Rangefinders and scanner, in the order of their numbers: the scanner last.
 pub const SENSORS: usize = RANGEFINDERS + 1;
@@ -49,14 +51,20 @@ impl Failure {
         Signal::ONE.saturating_sub(self.0)
     }
 
-    /// Returns what a sensor's health says of it, by the limits of `config`.
+    /// Returns whether it is at least a half: what it is of is taken for broken.
+    #[must_use]
+    pub const fn is_broken(self) -> bool {
+        self.0.to_bits() >= HALF.to_bits()
+    }
+
+    /// Returns what a sensor's health says of it, by the limits of `rules`.
     ///
     /// Formula: *failed* or stale is 1; else 0 from the confidence of a healthy sensor upwards, 1 from
     /// that of a failed one downwards, linear between; a *recovering* sensor, which is not trusted yet, is
     /// at least half.
     #[must_use]
-    pub fn of_health(health: &Health, config: &HealthConfig) -> Self {
-        let doubt = Self::of_confidence(health.confidence(), config);
+    pub fn of_health(health: &Health, rules: &HealthRules) -> Self {
+        let doubt = Self::of_confidence(health.confidence(), rules.config());
         match health.status() {
             _ if health.is_stale() => Self::TOTAL,
             Status::Failed => Self::TOTAL,
@@ -110,7 +118,7 @@ impl Failures {
     #[must_use]
     pub fn of_health<'a>(
         health: impl IntoIterator<Item = &'a Health>,
-        config: &HealthConfig,
+        rules: &HealthRules,
     ) -> Self {
         let mut failures = Self::NONE;
         let all = failures
@@ -118,9 +126,32 @@ impl Failures {
             .iter_mut()
             .chain([&mut failures.scanner]);
         for (failure, health) in all.zip(health) {
-            *failure = Failure::of_health(health, config);
+            *failure = Failure::of_health(health, rules);
         }
         failures
+    }
+
+    /// Returns these failures, and for now of those, too, who say nothing: rangefinders whose reading is
+    /// *missing*, and the scanner; without a `scan` it says nothing at all.
+    ///
+    /// Formula: of the scanner's `1 − φ` the part is left that is heard of the third of its field, right,
+    /// middle or left, of which least is: who sees to both sides does not see ahead.
+    #[must_use]
+    pub fn or_silent(
+        mut self,
+        rangefinders: &PerRangefinder<Reading>,
+        scan: Option<&PerBeam<Reading>>,
+    ) -> Self {
+        for (failure, reading) in self.rangefinders.iter_mut().zip(rangefinders) {
+            if matches!(reading, Reading::Missing(_)) {
+                *failure = Failure::TOTAL;
+            }
+        }
+        let left = scan.map_or(Signal::ZERO, |scan| {
+            scaled(self.scanner.left(), heard(scan))
+        });
+        self.scanner = Failure::new_saturating(Signal::ONE.saturating_sub(left));
+        self
     }
 
     /// Returns, sensor by sensor, the larger failure of the two.
@@ -135,15 +166,34 @@ impl Failures {
     }
 }
 
+/// The part that is heard of the third of the field of which least is.
+fn heard(scan: &PerBeam<Reading>) -> Signal {
+    // 34, 33 and 34 beams: as many to the right as to the left.
+    const SIDE: usize = BEAMS.div_ceil(3);
+    const MIDDLE: usize = BEAMS - 2 * SIDE;
+    let part = |first: usize, count: usize| {
+        let beams = scan.iter().skip(first).take(count);
+        let (heard, all) = beams.fold((0_i32, 0_i32), |(heard, all), reading| {
+            let is_heard = !matches!(reading, Reading::Missing(_));
+            (heard.saturating_add(is_heard.into()), all.saturating_add(1))
+        });
+        share(heard, all)
+    };
+    part(0, SIDE)
+        .min(part(SIDE, MIDDLE))
+        .min(part(SIDE + MIDDLE, SIDE))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::health::HealthRules;
-    use crate::transducer::{Missing, Reading};
+    use crate::transducer::Missing;
     use crate::units::Ticks;
 
+    const SILENT: Reading = Reading::Missing(Missing::Timeout);
+
     fn part(health: &Health) -> f64 {
-        Failure::of_health(health, &HealthConfig::DEFAULT)
+        Failure::of_health(health, &HealthRules::DEFAULT)
             .part()
             .to_num()
     }
@@ -152,9 +202,12 @@ mod tests {
     fn confidence_drives_the_failure_continuously() {
         let config = HealthConfig {
             healthy_from: Confidence::from_bits(3 << 14),
+            recovering_from: Confidence::from_bits(1 << 15),
+            suspect_below: Confidence::from_bits(1 << 15),
             failed_below: Confidence::from_bits(1 << 14),
             ..HealthConfig::DEFAULT
         };
+        let rules = HealthRules::try_new(config).unwrap();
         for (bits, expected) in [
             (u16::MAX, 0.0),
             (3 << 14, 0.0),
@@ -164,7 +217,7 @@ mod tests {
             (0, 1.0),
         ] {
             let health = Health::new(Confidence::from_bits(bits));
-            let part: f64 = Failure::of_health(&health, &config).part().to_num();
+            let part: f64 = Failure::of_health(&health, &rules).part().to_num();
             assert_eq!(part, expected, "{bits}");
         }
     }
@@ -173,9 +226,8 @@ mod tests {
     fn a_silent_sensor_has_failed_whatever_its_confidence() {
         let rules = HealthRules::DEFAULT;
         let mut health = Health::default();
-        let timeout = Reading::Missing(Missing::Timeout);
         for _ in 0..rules.config().failed_missing {
-            health.record(timeout, Ticks::new(0));
+            health.record(SILENT, Ticks::new(0));
             health.settle(&rules, Ticks::new(0));
         }
         assert_eq!(part(&health), 1.0);
@@ -189,11 +241,64 @@ mod tests {
     fn the_seventh_health_is_the_scanners() {
         let mut health = [Health::default(); SENSORS];
         health[6] = Health::new(Confidence::NONE);
-        let failures = Failures::of_health(&health, &HealthConfig::DEFAULT);
+        let failures = Failures::of_health(&health, &HealthRules::DEFAULT);
         assert_eq!(failures.scanner, Failure::TOTAL);
         assert_eq!(failures.rangefinders, [Failure::NONE; RANGEFINDERS]);
         assert_eq!(failures.worst(Failures::NONE), failures);
         assert_eq!(Failures::NONE.worst(Failures::ALL), Failures::ALL);
+    }
+
+    #[test]
+    fn who_says_nothing_has_failed_for_now() {
+        let open = [Reading::NoObject; BEAMS];
+        let mut readings = [Reading::NoObject; RANGEFINDERS];
+        assert_eq!(
+            Failures::NONE.or_silent(&readings, Some(&open)),
+            Failures::NONE
+        );
+        readings[4] = SILENT;
+        let mut expected = Failures::NONE;
+        expected.rangefinders[4] = Failure::TOTAL;
+        assert_eq!(Failures::NONE.or_silent(&readings, Some(&open)), expected);
+        expected.scanner = Failure::TOTAL;
+        assert_eq!(Failures::NONE.or_silent(&readings, None), expected);
+        assert_eq!(
+            Failures::ALL.or_silent(&readings, Some(&open)),
+            Failures::ALL
+        );
+    }
+
+    /// By hand: of 34 beams on a side and 33 in the middle.
+    #[test]
+    fn a_scanner_sees_no_better_than_in_the_third_where_it_sees_least() {
+        let left = |silent: core::ops::Range<usize>| -> f64 {
+            let mut scan = [Reading::NoObject; BEAMS];
+            scan[silent].fill(SILENT);
+            let readings = [Reading::NoObject; RANGEFINDERS];
+            let failures = Failures::NONE.or_silent(&readings, Some(&scan));
+            failures.scanner.left().to_num()
+        };
+        assert_eq!(left(0..17), 0.5);
+        assert_eq!(left(84..101), 0.5);
+        assert_eq!((left(0..34), left(34..67), left(67..101)), (0.0, 0.0, 0.0));
+        assert!((left(34..45) - 2.0 / 3.0).abs() < 1e-4);
+        // A half is left of what was half believed.
+        let half = Failures {
+            scanner: Failure::new_saturating(HALF),
+            ..Failures::NONE
+        };
+        let mut scan = [Reading::NoObject; BEAMS];
+        scan[..17].fill(SILENT);
+        let readings = [Reading::NoObject; RANGEFINDERS];
+        let failures = half.or_silent(&readings, Some(&scan));
+        assert_eq!(failures.scanner.part(), Signal::lit("0.75"));
+    }
+
+    #[test]
+    fn broken_is_from_a_half_on() {
+        assert!(Failure::TOTAL.is_broken() && !Failure::NONE.is_broken());
+        assert!(Failure::new_saturating(HALF).is_broken());
+        assert!(!Failure::new_saturating(HALF - Signal::DELTA).is_broken());
     }
 
     #[test]

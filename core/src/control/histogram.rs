@@ -24,7 +24,7 @@ pub const fn beam_bearing(index: u8) -> BinaryAngle {
 /// Fraction bits of [`TANGENTS`].
 const FRACTION: u32 = 16;
 
-/// tan of 0° to 89°, in steps of 2^-16, rounded down.
+/// tan of 0° to 89°, in steps of 2^-16, of angles in whole steps of a turn's 2^-16.
 const TANGENTS: [u32; 90] = {
     let mut tangents = [0; 90];
     let mut rest: &mut [u32] = &mut tangents;

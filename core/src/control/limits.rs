@@ -28,7 +28,8 @@ impl Limits {
 
     /// Returns `f_a` of \[004\] eq. 16: as near to `wanted` as `elapsed_ms` after `before` allow.
     ///
-    /// A wheel that is to turn the other way round stops first. Rounds the steps down.
+    /// A wheel that is to turn the other way round stops first. Rounds the steps down, to 2^-16 of full speed:
+    /// an acceleration that is less in a step moves nothing.
     ///
     /// Differs from \[004\] eq. 16, which as printed limits a speed's rise alone: (v(t) − v(t − 1)) / Δt is
     /// below any limit while the robot brakes, though a limit for braking is given.
@@ -46,8 +47,8 @@ impl Limits {
 
     /// The change of a signal in `elapsed_ms` at an acceleration.
     fn step(&self, mm_s2: u32, elapsed_ms: u32) -> Signal {
-        // 64 bits hold the product of two and 16 more only where time is short: an hour.
-        let elapsed = u64::from(elapsed_ms.min(1 << 12));
+        // 64 bits hold the product, 16 more of a signal's fraction included, where time has 12: 4.095 s.
+        let elapsed = u64::from(elapsed_ms.min((1 << 12) - 1));
         let change = u64::from(mm_s2).saturating_mul(elapsed) << Signal::FRAC_NBITS;
         let unit = u64::from(self.full_speed_mm_s).saturating_mul(1000);
         let bits = change.checked_div(unit).unwrap_or(0);
@@ -95,7 +96,7 @@ mod tests {
         }
     }
 
-    /// At 1 m/s full speed, in 62.5 ms: 0.1875 faster, 0.375 slower; here 125 ms in powers of two.
+    /// At 1.5 m/s full speed, in 125 ms.
     #[test]
     fn eq_16_by_hand() {
         let limits = Limits {

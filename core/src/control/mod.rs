@@ -13,7 +13,8 @@
 //! level's [`Health`](crate::health::Health), or a [`CrossCheck`].
 //!
 //! Angles count counter-clockwise, turning left is positive. All is integers and sign-symmetric: mirrored
-//! situations have mirrored commands, to the bit.
+//! readings have mirrored commands and mirrored diagnoses, to the bit. (What is looked up in a map is mirrored to
+//! a millimetre, which is what the centre of a cell is rounded by.)
 
 mod azimuth;
 mod braitenberg;
@@ -41,7 +42,7 @@ pub use braitenberg::{Braitenberg, PerRangefinder, RANGEFINDERS};
 pub use controller::{Caution, Command, Controller, Dated, Situation};
 pub use coverage::{Coverage, CoverageConfig};
 pub use credibility::Credibility;
-pub use cross_check::{CrossCheck, CrossCheckConfig, Verdict, Verdicts};
+pub use cross_check::{CrossCheck, CrossCheckConfig, CrossCheckConfigError, Verdict, Verdicts};
 pub use failures::{Failure, Failures, SENSORS};
 pub use histogram::{BEAMS, HistogramConfig, MIDDLE_BEAM, PerBeam, PolarHistogram, beam_bearing};
 pub use limits::Limits;

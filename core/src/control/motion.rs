@@ -1,6 +1,6 @@
 //! What a behaviour asks of the wheels.
 
-use crate::narrow::saturating_i32;
+use crate::narrow::{low_u32, saturating_i32};
 use fixed::types::I16F16;
 
 /// A signal or a weight: 1 is full speed, or all of it.
@@ -24,6 +24,14 @@ pub(super) const fn scaled(value: Signal, by: Signal) -> Signal {
     } else {
         magnitude
     })
+}
+
+/// Returns what part `value` is of `of`, within 0..=1, rounded down; 0 of nothing.
+pub(super) fn share(value: i32, of: i32) -> Signal {
+    let one = Signal::ONE.to_bits().into();
+    let wide = i64::from(value).saturating_mul(one);
+    let part = wide.checked_div(of.into()).unwrap_or(0).clamp(0, one);
+    Signal::from_bits(low_u32(part.cast_unsigned()).cast_signed())
 }
 
 /// One half.

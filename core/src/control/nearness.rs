@@ -1,7 +1,7 @@
 //! How near a reading is: \[004\] eq. 3 and 5.
 
 use super::Signal;
-use crate::narrow::{low_u32, wrapping_u32};
+use crate::narrow::low_u32;
 use crate::transducer::Reading;
 use crate::units::Millimeters;
 
@@ -40,25 +40,50 @@ pub enum Outlook {
 /// ```
 #[must_use]
 pub const fn nearness(reading: Reading, default: Millimeters, outlook: Outlook) -> Option<Signal> {
-    let tilted = matches!(outlook, Outlook::Tilted);
-    let default = default.get();
-    let off = match reading {
-        Reading::Missing(_) => return None,
-        Reading::TooNear => default,
-        Reading::NoObject if tilted => default,
-        Reading::NoObject => 0,
-        Reading::Echo(distance) if distance.get() <= default || tilted => {
-            let off = distance.get().abs_diff(default);
-            if off < default { off } else { default }
-        }
-        Reading::Echo(_) => 0,
+    let Some(off) = off(reading, default, outlook) else {
+        return None;
     };
     // At most one, by 32 and 16 bits.
-    let wide = (off as u64) << Signal::FRAC_NBITS;
-    Some(match wide.checked_div(default as u64) {
+    let wide = (off.get() as u64) << Signal::FRAC_NBITS;
+    Some(match wide.checked_div(default.get() as u64) {
         Some(part) => Signal::from_bits(low_u32(part).cast_signed()),
         None => Signal::ZERO,
     })
+}
+
+/// By how much a reading is off what a rangefinder reads where nothing is wrong, at most by that.
+const fn off(reading: Reading, default: Millimeters, outlook: Outlook) -> Option<Millimeters> {
+    let tilted = matches!(outlook, Outlook::Tilted);
+    let most = default.get();
+    let off = match reading {
+        Reading::Missing(_) => return None,
+        Reading::TooNear => most,
+        Reading::NoObject if tilted => most,
+        Reading::NoObject => 0,
+        Reading::Echo(distance) if distance.get() <= most || tilted => {
+            let off = distance.get().abs_diff(most);
+            if off < most { off } else { most }
+        }
+        Reading::Echo(_) => 0,
+    };
+    Some(Millimeters::new(off))
+}
+
+/// Returns how far away what a rangefinder tells of is, as far as that is in the way; `None` where nothing is.
+///
+/// Tilted, a hole is as near as the step that it is off the ground by: one without a bottom is here.
+pub(super) fn in_the_way(
+    reading: Reading,
+    default: Millimeters,
+    outlook: Outlook,
+) -> Option<Millimeters> {
+    match outlook {
+        Outlook::Level => distance(reading),
+        Outlook::Tilted => {
+            let off = off(reading, default, outlook)?;
+            (off > Millimeters::ZERO).then(|| default.saturating_sub(off))
+        }
+    }
 }
 
 /// Returns how far away the nearest object may be that a reading tells of; `None` where it tells of
@@ -77,15 +102,6 @@ pub(super) fn nearer(one: Reading, other: Reading) -> Reading {
         (Some(near), Some(far)) if near <= far => one,
         (_, Some(_)) => other,
         (_, None) => one,
-    }
-}
-
-/// A weighted mean's part: `value` of `of`, as a signal of 0..=1; 0 of nothing.
-pub(super) const fn share(value: u32, of: u32) -> Signal {
-    let value = if value < of { value } else { of };
-    match ((value as u64) << Signal::FRAC_NBITS).checked_div(of as u64) {
-        Some(part) => Signal::from_bits(wrapping_u32(part.cast_signed()).cast_signed()),
-        None => Signal::ZERO,
     }
 }
 

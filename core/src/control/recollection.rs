@@ -70,6 +70,7 @@ impl Recollection {
     /// have failed as `failures` say.
     ///
     /// - A rangefinder that is believed tells the nearer of what it says and what is remembered around it.
+    /// - Who says nothing has failed for now ([`Failures::or_silent`]).
     /// - For one that is not, by half at least, the memory speaks alone; so for the scanner.
     /// - Who is spoken for is doubted by 1 less the memory's worth. It is worth as much as the scanner is
     ///   believed, which draws nearly all of it; without the scanner as much as the rangefinders are in the
@@ -81,24 +82,24 @@ impl Recollection {
         scan: &'a PerBeam<Reading>,
         failures: &Failures,
     ) -> Completed<'a> {
-        let broken = |failure: Failure| failure.part() >= HALF;
-        let forgotten = Failure::new_saturating(Signal::ONE.saturating_sub(worth(failures)));
+        let failures = failures.or_silent(rangefinders, Some(scan));
+        let forgotten = Failure::new_saturating(Signal::ONE.saturating_sub(worth(&failures)));
         let mut completed = Completed {
             rangefinders: *rangefinders,
             scan,
-            failures: *failures,
+            failures,
         };
         let doubts = completed.failures.rangefinders.iter_mut();
         let each = completed.rangefinders.iter_mut().zip(doubts);
         for ((reading, doubt), sector) in each.zip(&self.sectors) {
-            if broken(*doubt) {
+            if doubt.is_broken() {
                 *reading = sector.nearest();
                 *doubt = forgotten.min(*doubt);
             } else {
                 *reading = nearer(*reading, sector.nearest());
             }
         }
-        if broken(failures.scanner) {
+        if failures.scanner.is_broken() {
             completed.scan = &self.scan;
             completed.failures.scanner = forgotten.min(failures.scanner);
         }

@@ -62,7 +62,7 @@ pub struct ControlConfig {
     pub limits: Limits,
     /// The goal is reached so far from it; 0.5 m in §4.
     pub goal_radius: Millimeters,
-    /// Readings older than so many ticks count as missing.
+    /// Readings older than so many ticks count as missing; 1 to 2^30.
     pub stale_after: u32,
 }
 
@@ -144,7 +144,7 @@ impl Default for ControlConfig {
 
 /// The checked [`ControlConfig`].
 ///
-/// Possession proves that nothing divides by zero, that both accelerations let the robot move, and that
+/// Possession proves that nothing divides by zero, that both accelerations are above zero, and that
 /// every part of the coverage is within 0..=1, the least above 0: with every sensor failed, the robot
 /// stands still.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -161,7 +161,7 @@ pub enum ControlConfigError {
     Limits,
     /// A part of the coverage is outside 0..=1, or none at all is enough.
     Coverage,
-    /// Readings are never fresh.
+    /// Readings are never fresh, or for ever.
     Stale,
 }
 
@@ -171,7 +171,7 @@ impl fmt::Display for ControlConfigError {
             Self::Default => "default distances must be above zero",
             Self::Limits => "full speed and both accelerations must be above zero",
             Self::Coverage => "coverage must be within 0 and 1, the least above 0",
-            Self::Stale => "readings must count for at least a tick",
+            Self::Stale => "readings must count for at least a tick and at most 2^30",
         })
     }
 }
@@ -211,7 +211,7 @@ impl ControlRules {
             Err(ControlConfigError::Limits)
         } else if !all_parts || coverage.least.to_bits() == 0 {
             Err(ControlConfigError::Coverage)
-        } else if config.stale_after == 0 {
+        } else if config.stale_after == 0 || config.stale_after > 1 << 30 {
             Err(ControlConfigError::Stale)
         } else {
             Ok(Self(config))

@@ -62,10 +62,14 @@ impl Valley {
         }
     }
 
-    /// How far its centre is from `goal`, in steps of 2^-17 of a beam.
-    fn away_from(self, goal: BinaryAngle) -> u32 {
-        // In 2^-16 of half a turn, to either side; a beam is 1/180 of it.
-        let goal = i64::from(goal.to_bits().cast_signed()).saturating_mul(2 * HALF_TURN_BEAMS * 2);
+    /// How far its centre is from `goal`, in steps of 2^-17 of a beam; exactly behind is on the side `kept`.
+    fn away_from(self, goal: BinaryAngle, kept: Side) -> u32 {
+        // In 2^-15 of half a turn, to either side; a beam is 1/180 of it.
+        let goal = match (goal, kept) {
+            (BinaryAngle::HALF, Side::Left) => 1 << 15,
+            _ => i64::from(goal.to_bits().cast_signed()),
+        };
+        let goal = goal.saturating_mul(2 * HALF_TURN_BEAMS * 2);
         let centre = i64::from(self.centre_halves()) << 16;
         saturating_i32(centre.saturating_sub(goal)).unsigned_abs()
     }
@@ -78,7 +82,7 @@ pub struct Threshold(u8);
 
 impl Threshold {
     /// Creates the threshold `D_th`: a direction with a higher histogram than `height`/255 is blocked
-    /// (\[004\] §3 b).
+    /// (\[004\] §3 b), and one of 255 whatever the threshold.
     #[must_use]
     pub const fn new(height: u8) -> Self {
         Self(height)
@@ -111,7 +115,8 @@ impl Threshold {
     ///
     /// One that is on the `kept` side or straight ahead may be `commitment` beams farther away: a robot
     /// before an obstacle as wide to the left as to the right must not change its mind at every step.
-    /// \[004\] has no such term; 0 is \[004\], and then `kept` decides ties alone.
+    /// \[004\] has no such term; 0 is \[004\]. Of two that are equally far `kept` decides, and on the same side
+    /// that which is less to the side. A goal exactly behind is on the side `kept`.
     #[must_use]
     pub fn choose(
         self,
@@ -123,8 +128,9 @@ impl Threshold {
         let handicap = u32::from(commitment) << 17;
         self.valleys(histogram).min_by_key(|valley| {
             let lost = valley.side() == Some(kept.other());
-            let away = valley.away_from(goal);
-            (away.saturating_add(if lost { handicap } else { 0 }), lost)
+            let away = valley.away_from(goal, kept);
+            let away = away.saturating_add(if lost { handicap } else { 0 });
+            (away, lost, valley.centre_halves().unsigned_abs())
         })
     }
 }
@@ -132,10 +138,17 @@ impl Threshold {
 /// A direction's beam, where the scanner looks that way; rounds to the nearest beam.
 pub(super) fn beam_towards(from_ahead: BinaryAngle) -> Option<u8> {
     let steps = i64::from(from_ahead.to_bits().cast_signed());
+    // Of the magnitude, so that left and right are rounded alike.
     let beams = steps
+        .saturating_abs()
         .saturating_mul(HALF_TURN_BEAMS)
         .saturating_add(1 << 14)
         >> 15;
+    let beams = if steps < 0 {
+        beams.wrapping_neg()
+    } else {
+        beams
+    };
     let index = beams.saturating_add(i64::from(MIDDLE_BEAM));
     let index = saturating_u8(u64::try_from(index).ok()?);
     (usize::from(index) < super::BEAMS).then_some(index)

@@ -37,26 +37,34 @@ const fn pose(x: i32, y: i32, degrees: i32) -> Pose {
 }
 
 /// Sensors as on the simulator's robot.
-const CHECK: CrossCheckConfig = CrossCheckConfig {
-    views: Views {
-        rangefinders: [
-            pose(420, 200, 15),
-            pose(350, 260, 45),
-            pose(0, 280, 95),
-            pose(0, -280, -95),
-            pose(350, -260, -45),
-            pose(420, -200, -15),
-        ],
-        scanner: pose(420, 0, 0),
-        rangefinders_see: Millimeters::new(4000),
-        scanner_sees: Millimeters::new(4000),
-    },
-    tolerance: Millimeters::new(150),
-    contradiction: 4,
-    agreement: 2,
-    most: 48,
-    credit: 16,
-    unlikely: 12,
+const VIEWS: Views = Views {
+    rangefinders: [
+        pose(420, 200, 15),
+        pose(350, 260, 45),
+        pose(0, 280, 95),
+        pose(0, -280, -95),
+        pose(350, -260, -45),
+        pose(420, -200, -15),
+    ],
+    scanner: pose(420, 0, 0),
+    rangefinders_see: Millimeters::new(4000),
+    scanner_sees: Millimeters::new(4000),
+};
+
+const CHECK: CrossCheck = {
+    let config = CrossCheckConfig {
+        views: VIEWS,
+        tolerance: Millimeters::new(150),
+        contradiction: 4,
+        agreement: 2,
+        most: 48,
+        credit: 16,
+        unlikely: 12,
+    };
+    match CrossCheck::try_new(config) {
+        Ok(check) => check,
+        Err(_) => panic!("no such check"),
+    }
 };
 
 const fn echo(mm: u32) -> Reading {
@@ -127,9 +135,9 @@ fn measure_memory(
     let (remembering, ()) = ticks(clock, || {
         let map = Environment::new(&grid, &[]);
         let obstacle = Certainty::from_bits(192);
-        memory = Recollection::of_map(&map, Pose::default(), &CHECK.views, obstacle);
+        memory = Recollection::of_map(&map, Pose::default(), &VIEWS, obstacle);
     });
-    let mut check = CrossCheck::new(CHECK);
+    let mut check = CHECK;
     let (recalling, verdicts) = ticks(clock, || check.recall(near, scan, &memory));
     let (completing, completed) = ticks(clock, || {
         memory.complete(near, scan, &check.failures()).rangefinders
@@ -157,7 +165,7 @@ fn measure_memory(
 
 fn measure(clock: &mut SYST, name: &str, scan: &PerBeam<Reading>, near: &PerRangefinder<Reading>) {
     let mut controller = Controller::new(ControlRules::DEFAULT, Side::Left);
-    let mut check = CrossCheck::new(CHECK);
+    let mut check = CHECK;
     let (nothing, ()) = ticks(clock, || ());
     let (checking, failures) = ticks(clock, || {
         check.observe(near, scan);

@@ -71,8 +71,7 @@ impl Course {
         Ok(Self::to(GOAL, World::random(&layout, seed)?))
     }
 
-    /// Returns an empty map of the course and 2 m around it, in cells of 10 cm, or larger ones where the
-    /// world is too large for that.
+    /// Returns an empty map of the course and 2 m around it, in cells of 10 cm, as far as the robot comes.
     ///
     /// # Panics
     ///
@@ -80,37 +79,33 @@ impl Course {
     #[must_use]
     pub fn map(&self, method: Method, sensors: u8) -> HostMapper {
         const MARGIN: i32 = 2000;
-        /// 1000 cells a side.
-        const MOST: i32 = 1000;
+        const CELL: i32 = 100;
         let ends = [self.start.at, self.goal];
         let around = self.world.bounds().into_iter();
         let corners = around.flat_map(|bounds| [bounds.lower_left, bounds.upper_right]);
-        let (mut low, mut high) = (ends[0], ends[0]);
-        for point in ends.into_iter().chain(corners) {
-            low = Point::from_mm(low.x_mm().min(point.x_mm()), low.y_mm().min(point.y_mm()));
-            high = Point::from_mm(high.x_mm().max(point.x_mm()), high.y_mm().max(point.y_mm()));
-        }
-        // A world kilometres away is no part of the way.
-        let bounded = |mm: i32| mm.clamp(-100_000_000, 100_000_000);
-        let corner = Point::from_mm(bounded(low.x_mm()) - MARGIN, bounded(low.y_mm()) - MARGIN);
-        let side = |low: i32, high: i32| bounded(high) - bounded(low) + 2 * MARGIN;
-        let (width, height) = (side(low.x_mm(), high.x_mm()), side(low.y_mm(), high.y_mm()));
-        let cell = 100.max(width.max(height).div_euclid(MOST) + 1);
-        let cells = |side: i32| (side.div_euclid(cell) + 1) as u16;
-        let geometry = Geometry::try_new(
-            cells(width),
-            cells(height),
-            Millimeters::new(cell.unsigned_abs()),
-            corner,
-        );
+        let points = || ends.into_iter().chain(corners.clone());
+        // First cell and number of cells along an axis.
+        let side = |along: fn(Point) -> i32| {
+            let from = along(self.start.at);
+            let within = |point| (along(point)).clamp(from - FARTHEST_MM, from + FARTHEST_MM);
+            let low = points().map(within).min().unwrap_or(from) - MARGIN;
+            let high = points().map(within).max().unwrap_or(from) + MARGIN;
+            (low, ((high - low).div_euclid(CELL) + 1) as u16)
+        };
+        let ((x, width), (y, height)) = (side(Point::x_mm), side(Point::y_mm));
+        let cell = Millimeters::new(CELL.unsigned_abs());
+        let geometry = Geometry::try_new(width, height, cell, Point::from_mm(x, y));
         HostMapper::new(
             method,
             &FusionRules::default(),
-            geometry.expect("at most 1001 cells a side, within 200 km"),
+            geometry.expect("at most 2121 cells a side"),
             sensors,
         )
     }
 }
+
+/// How far a robot that goes 1 m/s for [`LONGEST_MS`](super::drive::LONGEST_MS) comes and sees.
+const FARTHEST_MM: i32 = 104_000;
 
 #[cfg(test)]
 mod tests {
@@ -138,10 +133,17 @@ mod tests {
     }
 
     #[test]
-    fn the_map_of_a_huge_world_is_no_larger_than_others() {
+    fn a_map_has_what_can_be_reached_in_cells_of_the_same_size() {
+        let sides = |goal| {
+            let course = Course::to(goal, World::new("open", Vec::new()));
+            let geometry = course.map(Method::Robust, 7).geometry();
+            assert_eq!(geometry.cell_size(), Millimeters::new(100));
+            assert!(geometry.cell_at(course.start.at).is_some());
+            (geometry.width(), geometry.height())
+        };
+        // 10 m and twice 2 m; 104 m and as much.
+        assert_eq!(sides(GOAL), (141, 41));
         let far = Point::from_mm(Point::LIMIT, -Point::LIMIT);
-        let course = Course::to(far, World::new("open", Vec::new()));
-        let map = course.map(Method::Robust, 7);
-        assert!(map.geometry().cells() <= 1_002_001);
+        assert_eq!(sides(far), (1081, 1081));
     }
 }

@@ -4,8 +4,7 @@
 use super::sensors::{Glance, SCANNER_POSE, cross_check, rangefinders};
 use super::watch::Watch;
 use certainty_core::control::{
-    CrossCheck, Failures, PerBeam, PerRangefinder, Recollection, SENSORS, Signal, Verdict,
-    beam_bearing,
+    CrossCheck, Failures, PerBeam, PerRangefinder, Recollection, SENSORS, Verdict, beam_bearing,
 };
 use certainty_core::units::{Point, Pose, Ticks};
 
@@ -15,11 +14,10 @@ pub type Doubted = [bool; SENSORS];
 /// Returns who has failed, by half at least.
 #[must_use]
 pub fn broken(failures: &Failures) -> Doubted {
-    let half = Signal::lit("0.5");
     let parts = failures.rangefinders.iter().chain([&failures.scanner]);
     let mut broken = [false; SENSORS];
     for (broken, failure) in broken.iter_mut().zip(parts) {
-        *broken = failure.part() >= half;
+        *broken = failure.is_broken();
     }
     broken
 }
@@ -35,12 +33,16 @@ pub struct Diagnosis {
 
 impl Diagnosis {
     /// Creates the diagnosis of sensors that have said nothing yet.
+    ///
+    /// # Panics
+    ///
+    /// Never: the cross-check's configuration is a constant that every test tries.
     #[must_use]
     pub fn new() -> Self {
         Self {
             rangefinders: core::array::from_fn(|_| Watch::new()),
             beams: core::array::from_fn(|_| Watch::new()),
-            check: CrossCheck::new(cross_check()),
+            check: CrossCheck::try_new(cross_check()).expect("somebody can be found broken"),
         }
     }
 
@@ -90,7 +92,7 @@ mod tests {
     use super::*;
     use crate::fault::FaultSpec;
     use crate::fusion::Method;
-    use certainty_core::control::Failure;
+    use certainty_core::control::{Failure, Signal};
 
     /// Who is believed to be broken after each of 10 s of glances from where the built-in course begins.
     fn believed(faults: &[&str]) -> Vec<Doubted> {

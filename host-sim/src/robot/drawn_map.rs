@@ -7,7 +7,7 @@ use crate::fusion::{HostMapper, Method};
 use certainty_core::certainty::Certainty;
 use certainty_core::control::{Failures, PerBeam, Recollection, SENSORS, beam_bearing};
 use certainty_core::fusion::{Beam, BeamModel};
-use certainty_core::health::{Health, HealthConfig};
+use certainty_core::health::{Health, HealthRules};
 use certainty_core::sensor::SensorId;
 use certainty_core::transducer::Reading;
 use certainty_core::units::{Point, Pose, Ticks};
@@ -94,7 +94,7 @@ impl DrawnMap {
     pub fn failures(&self) -> Failures {
         let health = self.mapper.health();
         let health: Vec<Health> = health.into_iter().map(|(_, own)| own).collect();
-        Failures::of_health(&health, &HealthConfig::DEFAULT)
+        Failures::of_health(&health, &HealthRules::DEFAULT)
     }
 }
 

@@ -2,13 +2,14 @@
 
 use super::body::Body;
 use super::course::Course;
+use super::diagnosis::broken;
 use super::modes::{HealthMode, MapSource};
 use super::pilot::{Manner, Pilot};
 use super::quality::{Quality, Sample};
 use super::sensors::{NAMES, SensorSet};
 use crate::fault::{FaultSpec, SpecError};
 use certainty_core::certainty::Certainty;
-use certainty_core::control::{Caution, Failures, Signal};
+use certainty_core::control::{Caution, Failures};
 use certainty_core::fusion::Geometry;
 use certainty_core::units::{Point, Pose, Ticks};
 use core::fmt;
@@ -160,8 +161,9 @@ impl Drive {
         for now in (0..LONGEST_MS).step_by(STEP_MS as usize) {
             let at = Ticks::new(now);
             let pose = body.pose();
-            let glance = sensors.look(pose, at);
+            // Of the readings that are about to be taken.
             let given = sensors.failures(at);
+            let glance = sensors.look(pose, at);
             let decision = pilot.decide(&glance, pose, *goal, at, given);
             log.note_failures(now, given, decision.failures, self.health);
             log.note_caution(now, decision.command.caution);
@@ -245,11 +247,7 @@ impl Log {
     }
 
     fn note_failures(&mut self, now: u32, given: Failures, believed: Failures, mode: HealthMode) {
-        let half = Signal::lit("0.5");
-        let all = |failures: Failures| {
-            let all = failures.rangefinders.into_iter().chain([failures.scanner]);
-            all.map(move |failure| failure.part() >= half).enumerate()
-        };
+        let all = |failures: Failures| broken(&failures).into_iter().enumerate();
         for (slot, faulty) in all(given) {
             if core::mem::replace(&mut self.faulty[slot], faulty) != faulty {
                 let name = NAMES[slot];

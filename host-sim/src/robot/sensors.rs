@@ -203,7 +203,7 @@ impl SensorSet {
         Glance { rangefinders, scan }
     }
 
-    /// Returns which sensors have a fault that is active: what *given* health knows.
+    /// Returns which sensors' next reading a fault befalls: what *given* health knows.
     #[must_use]
     pub fn failures(&self, at: Ticks) -> Failures {
         let failed = |(sensor, faults): &(Faulty<Laser>, Vec<Fault>)| {

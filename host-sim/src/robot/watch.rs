@@ -16,8 +16,8 @@ const MOST: u8 = 40;
 /// Watches one rangefinder, or one beam of a scanner, of a robot that moves.
 ///
 /// What it takes out goes on as *missing, implausible*:
-/// - the same millimetre again and again while the robot turns, as the noise of a laser that measures
-///   would change it;
+/// - the same millimetre, or *too near*, again and again while the robot turns, as the noise of a laser
+///   that measures would change it;
 /// - jumps one after the other: an edge is one jump, a sensor that guesses jumps three times in four.
 #[derive(Debug, Clone, Copy)]
 pub struct Watch {
@@ -64,13 +64,15 @@ impl Watch {
 
     /// Returns what goes on of `reading`, taken at `now` by a sensor at `pose` in the map.
     pub fn judge(&mut self, reading: Reading, pose: Pose, now: Ticks) -> Reading {
-        let word = match reading {
-            Reading::Echo(distance) => Some(distance.get() as u8),
-            Reading::NoObject | Reading::TooNear | Reading::Missing(_) => None,
+        // *Too near* is a word as well: who is as near as that in every direction is within the robot.
+        let (claim, word) = match reading {
+            Reading::Echo(distance) => (reading, Some(distance.get() as u8)),
+            Reading::TooNear => (Reading::Echo(NEAREST), Some(0)),
+            Reading::NoObject | Reading::Missing(_) => (reading, None),
         };
         let bearing = pose.heading;
         let (rules, ahead) = (&self.rules, BinaryAngle::ZERO);
-        let by_word = self.words.validate(rules, reading, word, bearing, now);
+        let by_word = self.words.validate(rules, claim, word, bearing, now);
         let by_distance = self.distances.validate(rules, reading, None, ahead, now);
         self.jumps = match by_distance.finding {
             Finding::Jump => self.jumps.saturating_add(JUMP).min(MOST),
@@ -99,12 +101,18 @@ mod tests {
 
     /// What is left of distances that are read every 50 ms by a robot that turns 1° in each.
     fn left_of(distances: impl IntoIterator<Item = u32>) -> Vec<Reading> {
+        let echoes = distances
+            .into_iter()
+            .map(|mm| Reading::Echo(Millimeters::new(mm)));
+        left(echoes)
+    }
+
+    fn left(readings: impl IntoIterator<Item = Reading>) -> Vec<Reading> {
         let mut watch = Watch::new();
-        let numbered = (0..).zip(distances);
-        let judged = numbered.map(|(step, mm)| {
+        let numbered = (0..).zip(readings);
+        let judged = numbered.map(|(step, reading)| {
             let heading = BinaryAngle::from_millidegrees(1000 * step);
             let pose = Pose::new(Point::ORIGIN, heading);
-            let reading = Reading::Echo(Millimeters::new(mm));
             watch.judge(reading, pose, Ticks::new(50 * step.unsigned_abs()))
         });
         judged.collect()
@@ -114,6 +122,13 @@ mod tests {
     fn a_word_that_never_changes_is_taken_out_from_the_ninth_on() {
         let left = left_of([250; 12]);
         assert!(left[..8].iter().all(|&reading| reading != OUT));
+        assert_eq!(left[8..], [OUT; 4]);
+    }
+
+    #[test]
+    fn too_near_in_every_direction_is_a_word_that_never_changes() {
+        let left = left([Reading::TooNear; 12]);
+        assert_eq!(left[..8], [Reading::TooNear; 8]);
         assert_eq!(left[8..], [OUT; 4]);
     }
 

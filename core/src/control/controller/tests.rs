@@ -1,4 +1,4 @@
-use super::super::{BEAMS, Blame, ControlConfig, Failure, beam_bearing};
+use super::super::{BEAMS, Outlook, RANGEFINDERS, beam_bearing};
 use super::*;
 use crate::units::BinaryAngle;
 use proptest::prelude::*;
@@ -81,6 +81,12 @@ fn signals(command: &Command) -> (f64, f64) {
     (command.wheels.right.to_num(), command.wheels.left.to_num())
 }
 
+fn assert_signals(command: &Command, (right, left): (f64, f64)) {
+    let (a, b) = signals(command);
+    let close = (a - right).abs() < 1e-4 && (b - left).abs() < 1e-4;
+    assert!(close, "{a} {b}, and not {right} {left}");
+}
+
 #[test]
 fn an_open_road_is_taken_at_full_speed() {
     let command = settled(&Scene::open());
@@ -105,14 +111,151 @@ fn eq_1_by_hand_towards_the_goal() {
 fn eq_1_by_hand_beside_an_obstacle() {
     let mut scene = Scene::open();
     scene.rangefinders[0] = Reading::Echo(Millimeters::new(800));
-    let (right, left) = signals(&settled(&scene));
-    assert!(
-        (right - 0.20833).abs() < 1e-4 && (left - 0.55833).abs() < 1e-4,
-        "{right} {left}"
-    );
+    assert_signals(&settled(&scene), (0.208_33, 0.558_33));
     // With that rangefinder failed: nothing near is believed, and nothing turns.
     scene.failures.rangefinders[0] = Failure::TOTAL;
     assert_eq!(signals(&settled(&scene)), (1.0, 1.0));
+}
+
+/// Eq. 1 by hand: 21 beams on the right meet something 1550 mm away, 1000 mm beyond the safe region, which
+/// takes atan(550 / 1000), 29 beams more. The valley is 50 to 100, its centre 25° to the left: v₁ = 0.25 and
+/// v₃ = 0.75. α₁ at 1550 mm is (20 − 4 · 550/1500) / 16 = 1.15833, α₃ (12 + 4 · 350/800) / 16 = 0.859375.
+#[test]
+fn eq_1_by_hand_past_an_obstacle() {
+    let mut scene = Scene::open();
+    scene.scan[..=20].fill(Reading::Echo(Millimeters::new(1550)));
+    let ahead = 0.75 * 0.859_375;
+    for (doubt, credibility) in [("0", 1.0), ("0.25", 0.75), ("0.5", 0.5)] {
+        scene.failures.scanner = Failure::new_saturating(Signal::lit(doubt));
+        let turn = credibility * 0.25 * 1.158_333;
+        assert_signals(&settled(&scene), (ahead + turn, ahead - turn));
+    }
+    // Not believed at all it neither turns nor slows, and the rangefinders see for half of full speed.
+    scene.failures.scanner = Failure::TOTAL;
+    let command = settled(&scene);
+    assert_signals(&command, (0.5, 0.5));
+    assert_eq!(
+        (command.valley, command.nearest),
+        (None, Millimeters::new(u32::MAX))
+    );
+}
+
+/// Eq. 1 by hand: as beside an obstacle, with FR failed. μ₀ = 1 / (1 + c₁) + c₂ = 0.533908 − 0.145497.
+#[test]
+fn eq_1_by_hand_beside_an_obstacle_with_another_failed() {
+    let mut scene = Scene::open();
+    scene.rangefinders[0] = Reading::Echo(Millimeters::new(800));
+    scene.failures.rangefinders[5] = Failure::TOTAL;
+    let (turn, ahead) = (-0.175 * 0.388_411, 0.383_333);
+    assert_signals(&settled(&scene), (ahead + turn, ahead - turn));
+}
+
+/// Eq. 1 by hand: as towards the goal, with every sensor failed by half. μ₂ = μ₃ = 1 − 2⁻⁷; coverage is half
+/// of the scanner's 1 and half of twice a side's quarter: 0.75, more than is wanted.
+#[test]
+fn eq_1_by_hand_towards_the_goal_with_all_half_failed() {
+    let half = Failure::new_saturating(HALF);
+    let scene = Scene {
+        goal: Point::from_mm(10_000, 10_000),
+        ..Scene::failing(Failures {
+            rangefinders: [half; RANGEFINDERS],
+            scanner: half,
+        })
+    };
+    let turn = 0.3125 * 127.0 / 128.0;
+    let command = settled(&scene);
+    assert_signals(&command, (1.0, 1.0 - 2.0 * turn));
+    assert_eq!(command.coverage.part(), Signal::lit("0.75"));
+}
+
+#[test]
+fn a_goal_exactly_behind_is_turned_to_on_the_side_that_is_kept() {
+    let mut scene = Scene {
+        pose: Pose::new(Point::ORIGIN, BinaryAngle::HALF),
+        ..Scene::open()
+    };
+    // With and without a post that leaves a valley on either side.
+    for post in [false, true] {
+        if post {
+            scene.scan[45..=55].fill(Reading::Echo(Millimeters::new(1700)));
+        }
+        for side in [Side::Left, Side::Right] {
+            let mut controller = controller(side);
+            controller.step(&scene.at(0));
+            let Wheels { right, left } = controller.step(&scene.at(50)).wheels;
+            assert_eq!(right > left, side == Side::Left, "{side:?} {post}");
+            assert_ne!(right, left);
+            assert_eq!(controller.kept_side(), side);
+        }
+    }
+}
+
+/// Who is not heeded when it says that something is there must not count when it says that nothing is.
+#[test]
+fn a_scanner_that_stops_nobody_clears_no_way_either() {
+    let mut scene = Scene {
+        scan: [Reading::Echo(Millimeters::new(700)); BEAMS],
+        ..Scene::open()
+    };
+    let fail = |scene: &mut Scene, bits| {
+        scene.failures.scanner = Failure::new_saturating(Signal::from_bits(bits));
+    };
+    fail(&mut scene, HALF.to_bits());
+    assert_eq!(settled(&scene).caution, Caution::NoWay);
+    fail(&mut scene, HALF.to_bits() + 1);
+    let command = settled(&scene);
+    assert_eq!(command.caution, Caution::Slowed);
+    assert_signals(&command, (0.5, 0.5));
+    assert_eq!(command.nearest, Millimeters::new(u32::MAX));
+}
+
+/// Half of the beams, and all of them ahead.
+#[test]
+fn who_sees_to_both_sides_does_not_see_ahead() {
+    let mut scene = Scene::open();
+    scene.scan[25..75].fill(Reading::Missing(Missing::Timeout));
+    let command = settled(&scene);
+    assert_eq!(command.caution, Caution::Slowed);
+    assert_signals(&command, (0.5, 0.5));
+    scene.rangefinders = [Reading::Missing(Missing::Timeout); RANGEFINDERS];
+    assert_eq!(settled(&scene).caution, Caution::Blind);
+}
+
+#[test]
+fn looking_down_flat_ground_is_open_and_a_hole_stops_it() {
+    let config = ControlConfig {
+        outlook: Outlook::Tilted,
+        ..ControlConfig::DEFAULT
+    };
+    let rules = ControlRules::try_new(config).unwrap();
+    let ground = Reading::Echo(config.rangefinder_default);
+    let after_a_second = |rangefinders| {
+        let scene = Scene {
+            rangefinders,
+            ..Scene::open()
+        };
+        let mut controller = Controller::new(rules, Side::Left);
+        controller.step(&scene.at(0));
+        controller.step(&scene.at(1000))
+    };
+    let flat = after_a_second([ground; RANGEFINDERS]);
+    assert_eq!(
+        (signals(&flat), flat.nearest),
+        ((1.0, 1.0), Millimeters::new(u32::MAX))
+    );
+    let mut hole_ahead = [ground; RANGEFINDERS];
+    (hole_ahead[0], hole_ahead[5]) = (Reading::NoObject, Reading::NoObject);
+    for hole in [hole_ahead, [Reading::NoObject; RANGEFINDERS]] {
+        let command = after_a_second(hole);
+        assert_eq!(command.nearest, Millimeters::ZERO);
+        // α₃ is 3/16 where something touches the robot.
+        assert_signals(&command, (0.1875, 0.1875));
+    }
+    // On the left alone: it turns to the right.
+    let mut hole_aside = [ground; RANGEFINDERS];
+    hole_aside[1] = Reading::Echo(Millimeters::new(2900));
+    let Wheels { right, left } = after_a_second(hole_aside).wheels;
+    assert!(right < left);
 }
 
 #[test]
@@ -151,11 +294,7 @@ fn one_dead_sensor_of_any_kind_does_not_stop_the_robot() {
     };
     let command = settled(&Scene::failing(scanner));
     assert_eq!(command.caution, Caution::Slowed);
-    let (right, left) = signals(&command);
-    assert!(
-        (right - 0.5).abs() < 1e-3 && right == left,
-        "{right} {left}"
-    );
+    assert_signals(&command, (0.5, 0.5));
 }
 
 #[test]
@@ -215,6 +354,12 @@ fn what_is_stale_counts_as_missing() {
         Caution::None
     );
     assert_eq!(step(stale_after + 1, old), Caution::Blind);
+    // However long ago that was, and half of all ticks ago it would be in the future.
+    for now in [1 << 31, u32::MAX - stale_after - 1] {
+        assert_eq!(step(now, old), Caution::Blind, "{now}");
+    }
+    // A clock that is a little ahead is none that stands.
+    assert_eq!(step(1000, Ticks::new(1000 + stale_after)), Caution::None);
 }
 
 #[test]
@@ -274,6 +419,20 @@ fn failure() -> impl Strategy<Value = Failure> {
     ]
 }
 
+/// All at once as well, so that the product of eq. 15 is not nothing.
+fn failures() -> impl Strategy<Value = Failures> {
+    let partly =
+        || (1_i32..65536).prop_map(|bits| Failure::new_saturating(Signal::from_bits(bits)));
+    prop_oneof![
+        3 => (prop::array::uniform6(failure()), failure()),
+        1 => (prop::array::uniform6(partly()), partly()),
+    ]
+    .prop_map(|(rangefinders, scanner)| Failures {
+        rangefinders,
+        scanner,
+    })
+}
+
 prop_compose! {
     fn scene()(
         (x, y, heading) in (-9000_i32..9000, -9000_i32..9000, any::<u16>()),
@@ -281,8 +440,7 @@ prop_compose! {
         rangefinders in prop::array::uniform6(reading()),
         background in reading(),
         obstacles in prop::collection::vec((0..BEAMS, 1_usize..20, reading()), 0..6),
-        failed in prop::array::uniform6(failure()),
-        scanner in failure(),
+        failures in failures(),
     ) -> Scene {
         let mut scan = [background; BEAMS];
         for (first, width, reading) in obstacles {
@@ -294,22 +452,56 @@ prop_compose! {
             goal: Point::from_mm(goal_x, goal_y),
             rangefinders,
             scan,
-            failures: Failures { rangefinders: failed, scanner },
+            failures,
         }
     }
 }
 
+fn rules() -> impl Strategy<Value = ControlRules> {
+    let outlook = prop_oneof![Just(Outlook::Level), Just(Outlook::Tilted)];
+    let blame = prop_oneof![Just(Blame::Shared), Just(Blame::Own)];
+    (outlook, blame).prop_map(|(outlook, blame)| {
+        let config = ControlConfig {
+            outlook,
+            blame,
+            ..ControlConfig::DEFAULT
+        };
+        ControlRules::try_new(config).unwrap()
+    })
+}
+
 proptest! {
     #[test]
-    fn a_mirrored_run_has_mirrored_commands(scenes in prop::collection::vec(scene(), 1..6)) {
-        let (mut ours, mut theirs) = (controller(Side::Left), controller(Side::Right));
-        for (scene, now) in scenes.iter().zip((0..).step_by(70)) {
-            let command = ours.step(&scene.at(now));
+    fn a_mirrored_run_has_mirrored_commands(
+        rules in rules(),
+        scenes in prop::collection::vec((scene(), prop::array::uniform6(0_u32..400), 0_u32..400), 1..6),
+    ) {
+        let (mut ours, mut theirs) =
+            (Controller::new(rules, Side::Left), Controller::new(rules, Side::Right));
+        for ((scene, ages, age), now) in scenes.iter().zip((0..).step_by(70)) {
             let mirrored = scene.mirrored();
-            let opposite = theirs.step(&mirrored.at(now));
+            let aged = |scene, reversed: bool| {
+                let mut situation: Situation<'_> = Scene::at(scene, now);
+                let mut ages = *ages;
+                if reversed {
+                    ages.reverse();
+                }
+                for (dated, age) in situation.rangefinders.iter_mut().zip(ages) {
+                    dated.at = Ticks::new(now.wrapping_sub(age));
+                }
+                situation.scan.at = Ticks::new(now.wrapping_sub(*age));
+                situation
+            };
+            let command = ours.step(&aged(scene, false));
+            let opposite = theirs.step(&aged(&mirrored, true));
             prop_assert_eq!(command.wheels, opposite.wheels.mirrored());
             prop_assert_eq!(command.caution, opposite.caution);
             prop_assert_eq!(command.nearest, opposite.nearest);
+            prop_assert_eq!(command.coverage, opposite.coverage);
+            prop_assert_eq!(command.credibility, opposite.credibility);
+            let ends = |valley: Valley| (valley.first(), valley.last());
+            let flipped = |valley: Valley| (100 - valley.last(), 100 - valley.first());
+            prop_assert_eq!(command.valley.map(ends), opposite.valley.map(flipped));
             prop_assert_eq!(ours.kept_side(), theirs.kept_side().other());
         }
     }
@@ -334,10 +526,23 @@ proptest! {
         }
     }
 
+    /// However it goes by then: full speed is gone in 167 ms.
     #[test]
-    fn whatever_is_seen_all_failed_is_a_stop(mut scene in scene()) {
-        scene.failures = Failures::ALL;
-        prop_assert_eq!(settled(&scene).wheels, Wheels::STOPPED);
+    fn whatever_is_seen_all_failed_is_a_stop(
+        scenes in prop::collection::vec(scene(), 1..12), mut last in scene(),
+    ) {
+        let mut controller = controller(Side::Left);
+        let mut now = 0;
+        for scene in &scenes {
+            controller.step(&scene.at(now));
+            now += 150;
+        }
+        last.failures = Failures::ALL;
+        for _ in 0..4 {
+            controller.step(&last.at(now));
+            now += 50;
+        }
+        prop_assert_eq!(controller.step(&last.at(now)).wheels, Wheels::STOPPED);
     }
 
     #[test]

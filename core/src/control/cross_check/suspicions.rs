@@ -1,9 +1,8 @@
 //! Which failures explain what is suspected.
 
 use super::super::failures::Failure;
-use super::super::motion::scaled;
+use super::super::motion::{scaled, share};
 use super::super::{Failures, PerRangefinder, RANGEFINDERS, Signal};
-use crate::narrow::low_u32;
 
 /// How often sensors contradicted each other and the map, lately: above 0 more than they agreed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -55,7 +54,7 @@ impl Suspicions {
 
     /// The formula of [`CrossCheck::failures`](super::CrossCheck::failures).
     pub(super) fn explained(&self, standing: &Standing, unlikely: u8) -> Failures {
-        let cost = i32::from(unlikely).max(1);
+        let cost = i32::from(unlikely);
         let of_new_or_old = |stands: bool| if stands { cost >> 1 } else { cost };
         let sum = |values: &PerRangefinder<i32>| {
             let values = values.iter();
@@ -80,26 +79,18 @@ impl Suspicions {
         let lead = scanner
             .saturating_add(sum(&besides))
             .saturating_sub(sum(&instead));
-        let blame = part(lead.saturating_add(cost), cost.saturating_mul(2));
+        let blame = share(lead.saturating_add(cost), cost.saturating_mul(2));
         let rest = Signal::ONE.saturating_sub(blame);
         let mut failures = Failures {
-            scanner: Failure::new_saturating(scaled(blame, part(scanner, cost))),
+            scanner: Failure::new_saturating(scaled(blame, share(scanner, cost))),
             ..Failures::NONE
         };
         let over = besides.into_iter().zip(instead);
         for (failure, (besides, instead)) in failures.rangefinders.iter_mut().zip(over) {
-            let with = scaled(blame, part(besides, cost));
-            let without = scaled(rest, part(instead, cost));
+            let with = scaled(blame, share(besides, cost));
+            let without = scaled(rest, share(instead, cost));
             *failure = Failure::new_saturating(with.saturating_add(without));
         }
         failures
     }
-}
-
-/// `value` of `of`, within 0..=1.
-fn part(value: i32, of: i32) -> Signal {
-    let wide = i64::from(value).saturating_mul(1 << Signal::FRAC_NBITS);
-    let part = wide.checked_div(of.into()).unwrap_or(0);
-    let bounded = part.clamp(0, 1 << Signal::FRAC_NBITS);
-    Signal::from_bits(low_u32(bounded.cast_unsigned()).cast_signed())
 }

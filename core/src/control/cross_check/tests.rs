@@ -1,7 +1,9 @@
+use super::super::nearness::distance;
 use super::super::{BEAMS, Failure, RANGEFINDERS, Sector, Signal};
 use super::*;
 use crate::transducer::Missing;
 use crate::units::{BinaryAngle, Point, Pose};
+use proptest::prelude::*;
 
 const fn mm(mm: u32) -> Millimeters {
     Millimeters::new(mm)
@@ -37,6 +39,10 @@ fn config() -> CrossCheckConfig {
     }
 }
 
+fn check() -> CrossCheck {
+    CrossCheck::try_new(config()).unwrap()
+}
+
 /// A wall across the way, 2 m ahead of the scanner.
 fn wall() -> PerBeam<Reading> {
     let mut scan = [Reading::NoObject; BEAMS];
@@ -68,7 +74,7 @@ fn failures(
     rangefinders: &PerRangefinder<Reading>,
     scan: &PerBeam<Reading>,
 ) -> Vec<f64> {
-    let mut check = CrossCheck::new(config());
+    let mut check = check();
     for _ in 0..readings {
         check.observe(rangefinders, scan);
     }
@@ -127,7 +133,7 @@ fn one_pair_alone_leaves_both_in_doubt() {
 /// stands: the lead is 36 − 42 + 12 = 6 of 24, a quarter of the blame.
 #[test]
 fn who_was_found_broken_stays_so_when_the_others_fall_silent() {
-    let mut check = CrossCheck::new(config());
+    let mut check = check();
     let mut stuck = of_wall();
     stuck[0] = Reading::Echo(mm(1000));
     for _ in 0..20 {
@@ -145,7 +151,7 @@ fn who_was_found_broken_stays_so_when_the_others_fall_silent() {
 
 #[test]
 fn a_scanner_that_breaks_after_a_rangefinder_is_found_too() {
-    let mut check = CrossCheck::new(config());
+    let mut check = check();
     let mut stuck = of_wall();
     stuck[0] = Reading::Echo(mm(1000));
     for _ in 0..20 {
@@ -160,7 +166,7 @@ fn a_scanner_that_breaks_after_a_rangefinder_is_found_too() {
 /// 48 by 1 a reading.
 #[test]
 fn what_a_sensor_said_is_forgotten_once_it_is_not_heard() {
-    let mut check = CrossCheck::new(config());
+    let mut check = check();
     for _ in 0..20 {
         check.observe(&of_wall(), &[Reading::NoObject; BEAMS]);
     }
@@ -176,7 +182,7 @@ fn what_a_sensor_said_is_forgotten_once_it_is_not_heard() {
 
 #[test]
 fn a_sensor_that_agrees_again_is_believed_again() {
-    let mut check = CrossCheck::new(config());
+    let mut check = check();
     let mut stuck = of_wall();
     stuck[0] = Reading::Echo(mm(1000));
     for _ in 0..100 {
@@ -238,7 +244,7 @@ fn with_memory(
     scan: &PerBeam<Reading>,
     memory: &Recollection,
 ) -> Vec<f64> {
-    let mut check = CrossCheck::new(config());
+    let mut check = check();
     for _ in 0..times {
         check.recall(rangefinders, scan, memory);
         check.observe(rangefinders, scan);
@@ -250,7 +256,7 @@ fn with_memory(
 
 #[test]
 fn who_says_what_the_map_says_is_not_suspected() {
-    let mut check = CrossCheck::new(config());
+    let mut check = check();
     let verdicts = check.recall(&of_wall(), &wall(), &memory_of_wall());
     let expected = [Agreement, Agreement, Silence, Silence, Agreement, Agreement];
     assert_eq!(verdicts.rangefinders, expected);
@@ -303,7 +309,7 @@ fn a_scanner_and_a_rangefinder_that_go_blind_together_are_both_found() {
 #[test]
 fn a_scan_is_judged_by_most_of_its_beams() {
     let verdict = |scan: &PerBeam<Reading>| {
-        let mut check = CrossCheck::new(config());
+        let mut check = check();
         check.recall(&BLIND, scan, &memory_of_wall()).scanner
     };
     // All 101 beams see the wall, which is within reach of them all: 2000 / cos 50° + 150 + 194.
@@ -333,7 +339,7 @@ fn an_edge_in_the_map_judges_no_rangefinder() {
         memory.sectors[0] = Sector::of_rays(rays);
         let mut rangefinders = BLIND;
         rangefinders[0] = reading;
-        let mut check = CrossCheck::new(config());
+        let mut check = check();
         check
             .recall(&rangefinders, &[Reading::NoObject; BEAMS], &memory)
             .rangefinders[0]
@@ -347,6 +353,9 @@ fn an_edge_in_the_map_judges_no_rangefinder() {
     assert_eq!(judged(rays, echo(788)), Agreement);
     assert_eq!(judged(rays, echo(787)), Contradiction);
     assert_eq!(judged(rays, Reading::TooNear), Contradiction);
+    // 150 and a sixteenth of 160 is all there is before it.
+    assert_eq!(judged([echo(160); 11], Reading::TooNear), Agreement);
+    assert_eq!(judged([echo(161); 11], Reading::TooNear), Contradiction);
     assert_eq!(judged(rays, Reading::Missing(Missing::Timeout)), Silence);
     rays[6] = Reading::NoObject;
     assert_eq!(judged(rays, Reading::NoObject), Silence);
@@ -360,7 +369,7 @@ fn an_edge_in_the_map_judges_no_rangefinder() {
 /// 48 by 1 a time.
 #[test]
 fn what_contradicted_the_map_is_forgotten_where_it_remembers_nothing() {
-    let mut check = CrossCheck::new(config());
+    let mut check = check();
     for _ in 0..20 {
         check.recall(&BLIND, &[Reading::NoObject; BEAMS], &memory_of_wall());
     }
@@ -372,4 +381,164 @@ fn what_contradicted_the_map_is_forgotten_where_it_remembers_nothing() {
     check.recall(&BLIND, &[Reading::NoObject; BEAMS], &Recollection::NOTHING);
     assert_eq!(check.suspicions, Suspicions::NONE);
     assert_eq!(check.failures(), Failures::NONE);
+}
+
+#[test]
+fn what_could_find_nobody_is_refused() {
+    let base = config();
+    let refused = |config| CrossCheck::try_new(config).unwrap_err();
+    for weightless in [
+        CrossCheckConfig {
+            contradiction: 0,
+            ..base
+        },
+        CrossCheckConfig {
+            agreement: 0,
+            ..base
+        },
+        CrossCheckConfig {
+            unlikely: 0,
+            ..base
+        },
+    ] {
+        assert_eq!(refused(weightless), CrossCheckConfigError::Weightless);
+    }
+    let most = |most| CrossCheckConfig { most, ..base };
+    assert_eq!(refused(most(23)), CrossCheckConfigError::NeverFound);
+    assert!(CrossCheck::try_new(most(24)).is_ok());
+}
+
+#[test]
+fn it_takes_the_memory_that_is_written_down() {
+    assert_eq!(size_of::<CrossCheck>() - size_of::<CrossCheckConfig>(), 36);
+}
+
+/// Whether an echo of rangefinder 1 is met that five beams around it see so: `a`like, `p`ast it, `n`earer.
+#[test]
+fn an_echo_is_met_by_two_of_five_beams_and_missed_by_all_or_nearly() {
+    let mut rangefinders = BLIND;
+    rangefinders[0] = Reading::Echo(mm(1500));
+    // 400 + 1500 cos 15° = 1849 and 200 + 1500 sin 15° = 588: from the scanner 1517 away at 22.8°.
+    let verdict = |five: &str| {
+        let mut scan = [Reading::TooNear; BEAMS];
+        for (reading, seen) in scan[71..=75].iter_mut().zip(five.chars()) {
+            *reading = match seen {
+                'a' => Reading::Echo(mm(1517)),
+                'p' => Reading::NoObject,
+                _ => Reading::Missing(Missing::Timeout),
+            };
+        }
+        verdicts(&rangefinders, &scan)[0]
+    };
+    for (five, expected) in [
+        ("aapppp", Agreement),
+        ("nannan", Agreement),
+        ("ppppp", Contradiction),
+        ("ppapp", Contradiction),
+        ("npapp", Contradiction),
+        ("pppnp", Silence),
+        ("nnapp", Silence),
+        ("nnnnn", Silence),
+    ] {
+        assert_eq!(verdict(five), expected, "{five}");
+    }
+}
+
+/// At the field's rim there are but three of the five.
+#[test]
+fn where_the_scanner_ends_left_is_judged_as_right() {
+    for distance in (1000..3900).step_by(50) {
+        let mut rangefinders = BLIND;
+        rangefinders[1] = Reading::Echo(mm(distance));
+        let open = [Reading::NoObject; BEAMS];
+        let left = verdicts(&rangefinders, &open)[1];
+        rangefinders.reverse();
+        assert_eq!(verdicts(&rangefinders, &open)[4], left, "{distance}");
+    }
+}
+
+fn reading() -> impl Strategy<Value = Reading> {
+    prop_oneof![
+        6 => (30_u32..4000).prop_map(|far| Reading::Echo(mm(far))),
+        3 => Just(Reading::NoObject),
+        1 => Just(Reading::TooNear),
+        1 => Just(Reading::Missing(Missing::Timeout)),
+    ]
+}
+
+prop_compose! {
+    /// Walls that lean, before a background.
+    fn scan()(
+        background in reading(),
+        walls in prop::collection::vec((0..BEAMS, 1_usize..40, 300_i32..4000, -20_i32..20), 0..5),
+    ) -> PerBeam<Reading> {
+        let mut scan = [background; BEAMS];
+        for (first, width, far, lean) in walls {
+            for (reading, step) in scan[first..BEAMS.min(first + width)].iter_mut().zip(0..) {
+                *reading = Reading::Echo(mm((far + lean * step).max(30).unsigned_abs()));
+            }
+        }
+        scan
+    }
+}
+
+prop_compose! {
+    fn memory()(
+        rays in prop::array::uniform6(prop::array::uniform11(reading())),
+        walls in prop::array::uniform6(prop::option::of(reading())),
+        scan in scan(),
+    ) -> [Recollection; 2] {
+        let mut sectors = rays;
+        for (rays, wall) in sectors.iter_mut().zip(walls) {
+            if let Some(wall) = wall {
+                rays.fill(wall);
+            }
+        }
+        let ours = Recollection { sectors: sectors.map(Sector::of_rays), scan };
+        sectors.reverse();
+        for rays in &mut sectors {
+            rays.reverse();
+        }
+        let mut scan = scan;
+        scan.reverse();
+        [ours, Recollection { sectors: sectors.map(Sector::of_rays), scan }]
+    }
+}
+
+fn reversed<T: Copy, const N: usize>(mut of: [T; N]) -> [T; N] {
+    of.reverse();
+    of
+}
+
+proptest! {
+    #[test]
+    fn a_mirrored_glance_is_judged_alike(
+        glances in prop::collection::vec(
+            (prop::array::uniform6(reading()), scan(), 1_usize..6), 1..4,
+        ),
+        [memory, mirrored] in memory(),
+    ) {
+        let (mut ours, mut theirs) = (check(), check());
+        for (rangefinders, scan, times) in glances {
+            let (opposite, from_left) = (reversed(rangefinders), reversed(scan));
+            for _ in 0..times {
+                let verdicts = ours.recall(&rangefinders, &scan, &memory);
+                let mirror = theirs.recall(&opposite, &from_left, &mirrored);
+                prop_assert_eq!(verdicts.rangefinders, reversed(mirror.rangefinders));
+                prop_assert_eq!(verdicts.scanner, mirror.scanner);
+                ours.observe(&rangefinders, &scan);
+                theirs.observe(&opposite, &from_left);
+            }
+            let (failures, mirror) = (ours.failures(), theirs.failures());
+            prop_assert_eq!(failures.rangefinders, reversed(mirror.rangefinders));
+            prop_assert_eq!(failures.scanner, mirror.scanner);
+            let completed = memory.complete(&rangefinders, &scan, &failures);
+            let mirror = mirrored.complete(&opposite, &from_left, &mirror);
+            // Of two things equally near it tells of either: an echo at 0 or too near.
+            let away = completed.rangefinders.map(distance);
+            prop_assert_eq!(away, reversed(mirror.rangefinders.map(distance)));
+            prop_assert_eq!(completed.failures.rangefinders, reversed(mirror.failures.rangefinders));
+            prop_assert_eq!(completed.failures.scanner, mirror.failures.scanner);
+        }
+    }
 }

@@ -132,6 +132,7 @@ impl CrossCheckConfig {
             _ if most >= sees => Verdict::Silence,
             Reading::Missing(_) => Verdict::Silence,
             Reading::Echo(told) if least <= told && told <= most => Verdict::Agreement,
+            Reading::TooNear if least == Millimeters::ZERO => Verdict::Agreement,
             Reading::Echo(_) | Reading::NoObject | Reading::TooNear => Verdict::Contradiction,
         }
     }
@@ -186,7 +187,8 @@ impl CrossCheckConfig {
         let beyond = away.saturating_add(slack);
         let first = usize::from(beam).saturating_sub(2);
         let (mut alike, mut past) = (0_u8, 0_u8);
-        for reading in scan.iter().skip(first).take(5) {
+        let taken = usize::from(beam).saturating_add(3).saturating_sub(first);
+        for reading in scan.iter().skip(first).take(taken) {
             match reading {
                 Reading::Echo(distance) if distance.get().abs_diff(away.get()) <= slack.get() => {
                     alike = alike.saturating_add(1);
@@ -229,21 +231,18 @@ fn points_ahead(
         let y = i64::from(point.y_mm()).saturating_sub(mounting.at.y_mm().into());
         let along = x.wrapping_mul(cos).wrapping_add(y.wrapping_mul(sin));
         let across = y.wrapping_mul(cos).wrapping_sub(x.wrapping_mul(sin));
-        (
-            along >> Direction::FRACTION_BITS,
-            across >> Direction::FRACTION_BITS,
-        )
+        (along >> Direction::FRACTION_BITS, across)
     };
     let mut nearest: Option<(u32, u32)> = None;
     let mut before: Option<(i64, i64)> = None;
     for point in points {
         let here = point.map(place);
         if let (Some((one, left)), Some((other, right))) = (before, here) {
-            let crosses = (left < 0) != (right < 0);
-            let close = left.abs_diff(right) <= u64::from(GAP_MM);
+            let crosses = left.min(right) <= 0 && 0 <= left.max(right);
+            let close = left.abs_diff(right) <= u64::from(GAP_MM) << Direction::FRACTION_BITS;
             let ends = (u32::try_from(one.min(other)), u32::try_from(one.max(other)));
             if let (true, true, (Ok(near), Ok(far))) = (crosses, close, ends)
-                && nearest.is_none_or(|(_, known)| far < known)
+                && nearest.is_none_or(|(known_near, known)| (far, near) < (known, known_near))
             {
                 nearest = Some((near, far));
             }

@@ -7,7 +7,7 @@ use certainty_core::control::{
     beam_bearing, beam_in_map,
 };
 use certainty_core::fusion::{CertaintyGrid, Environment};
-use certainty_core::health::{Health, HealthConfig};
+use certainty_core::health::{Health, HealthRules};
 use certainty_core::transducer::Reading;
 use certainty_core::units::{BinaryAngle, Pose, Ticks};
 
@@ -84,7 +84,7 @@ impl Seen<'_> {
     // Not inlined: it is done before the controller needs the stack.
     #[inline(never)]
     fn failures<G: CertaintyGrid>(&self, map: &Environment<'_, G>) -> Failures {
-        const LIMITS: HealthConfig = HealthConfig::DEFAULT;
+        const LIMITS: HealthRules = HealthRules::DEFAULT;
         let heads = map.sensors().zip(self.silent);
         let sum = heads.fold(Signal::ZERO, |sum, ((_, health), &silent)| {
             let failure = if silent {
