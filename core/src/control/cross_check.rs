@@ -4,7 +4,7 @@ mod suspicions;
 mod verdict;
 
 use super::histogram::PerBeam;
-use super::{Failures, PerRangefinder, Recollection, Views};
+use super::{Failures, PerRangefinder, RANGEFINDERS, Recollection, Views};
 use crate::transducer::Reading;
 use crate::units::Millimeters;
 use core::fmt;
@@ -66,8 +66,9 @@ impl core::error::Error for CrossCheckConfigError {}
 /// cheaper than a new one: a sensor that was found broken stays what is wrong while the others see
 /// nothing that could speak for the scanner.
 ///
-/// A map that remembers is a further witness, of each alone ([`Self::recall`]): it tells two rangefinders
-/// that lie from the scanner that they contradict, and sees those that look where the scanner does not.
+/// A map that remembers is a further witness, of each alone: it tells two rangefinders that lie from the
+/// scanner that they contradict, and sees those that look where the scanner does not. What a rangefinder sees
+/// where the map is surely free counts as a contradiction to the scanner, which drew most of the map.
 ///
 /// Unlike a grid's comparison of cells this takes whole readings: it does not drown in the free cells
 /// that even a blind sensor agrees on. Prefer the grid's [`Health`](crate::health::Health) for sensors
@@ -103,59 +104,87 @@ impl CrossCheck {
         }
     }
 
-    /// Takes in what all sensors say at the same time.
-    pub fn observe(&mut self, rangefinders: &PerRangefinder<Reading>, scan: &PerBeam<Reading>) {
-        let config = self.config;
-        let verdicts = config.between(rangefinders, scan);
-        let heard = rangefinders.map(|reading| !matches!(reading, Reading::Missing(_)));
-        let all = self.suspicions.of_pairs.iter_mut().zip(verdicts);
-        for ((suspicion, verdict), heard) in all.zip(heard) {
-            let by = match verdict {
-                Verdict::Agreement => i16::from(config.agreement).saturating_neg(),
-                Verdict::Contradiction => config.contradiction.into(),
-                // Who is not heard accuses nobody: a robot that stands, blinded by what a sensor said
-                // before it was taken out, would stand for ever.
-                Verdict::Silence if !heard => suspicion.signum().saturating_neg(),
-                // What they agreed on before does not speak for them for ever.
-                Verdict::Silence => i16::from(*suspicion < 0),
-            };
-            *suspicion = moved(*suspicion, by, config.credit, config.most);
-        }
-        self.settle();
-    }
-
-    /// Takes in what all sensors say where a map remembers something, and returns who contradicts it now.
+    /// Takes in what all sensors say at the same time, and where there is a `memory` what the map says of that;
+    /// returns who contradicts whom now.
     ///
     /// The map must be of before what they say is drawn into it, and what a sensor says that contradicts
-    /// it is best not drawn: a scanner that goes blind would wipe out in one scan what speaks against it.
+    /// it is best not drawn: a scanner that goes blind would wipe out in one scan what speaks against it, and a
+    /// rangefinder's phantom would become an obstacle.
     /// The world is taken to stand still: what goes away is believed gone when most of what the scanner
-    /// sees is still there.
-    pub fn recall(
+    /// sees is still there, and what appears is believed when two sensors see it.
+    pub fn observe(
         &mut self,
         rangefinders: &PerRangefinder<Reading>,
         scan: &PerBeam<Reading>,
-        memory: &Recollection,
+        memory: Option<&Recollection>,
     ) -> Verdicts {
-        let config = self.config;
-        let verdicts = config.against(rangefinders, scan, memory);
-        let (agreement, contradiction) = (config.agreement.into(), config.contradiction.into());
+        let pairs = self.config.between(rangefinders, scan);
+        let verdicts = match memory {
+            Some(memory) => self.config.against(rangefinders, scan, pairs, memory),
+            None => Verdicts {
+                pairs,
+                rangefinders: [Verdict::Silence; RANGEFINDERS],
+                scanner: Verdict::Silence,
+            },
+        };
+        self.suspect_pairs(rangefinders, &verdicts);
+        self.suspect_by_map(&verdicts);
+        let failures = self.failures();
+        self.standing.settle(&failures);
+        verdicts
+    }
+
+    fn suspect_pairs(&mut self, rangefinders: &PerRangefinder<Reading>, verdicts: &Verdicts) {
+        let CrossCheckConfig {
+            contradiction,
+            agreement,
+            most,
+            credit,
+            ..
+        } = self.config;
+        let of_map = verdicts.pairs.iter().zip(&verdicts.rangefinders);
+        let all = of_map.zip(rangefinders);
+        for (suspicion, ((verdict, by_map), reading)) in
+            self.suspicions.of_pairs.iter_mut().zip(all)
+        {
+            let by = match verdict {
+                Verdict::Agreement => i16::from(agreement).saturating_neg(),
+                Verdict::Contradiction => contradiction.into(),
+                // It sees what was not there, or who drew the map did not: the scanner, as a rule.
+                _ if *by_map == Verdict::Phantom => contradiction.into(),
+                // Who is not heard accuses nobody: a robot that stands, blinded by what a sensor said
+                // before it was taken out, would stand for ever.
+                _ if matches!(reading, Reading::Missing(_)) => suspicion.signum().saturating_neg(),
+                // What they agreed on before does not speak for them for ever.
+                _ => i16::from(*suspicion < 0),
+            };
+            *suspicion = moved(*suspicion, by, credit, most);
+        }
+    }
+
+    fn suspect_by_map(&mut self, verdicts: &Verdicts) {
+        let CrossCheckConfig { most, credit, .. } = self.config;
+        let (agreement, contradiction) = (
+            self.config.agreement.into(),
+            self.config.contradiction.into(),
+        );
         // Nothing remembered there: what was found is forgotten step by step.
-        let by = |verdict, agreement: i16, contradiction, suspicion: i16| match verdict {
+        let by = |verdict, agreement: i16, suspicion: i16| match verdict {
             Verdict::Agreement => agreement.saturating_neg(),
             Verdict::Contradiction => contradiction,
-            Verdict::Silence => suspicion.signum().saturating_neg(),
+            Verdict::Phantom | Verdict::Past | Verdict::Silence => {
+                suspicion.signum().saturating_neg()
+            }
         };
         let all = self.suspicions.of_rangefinders.iter_mut();
         for (suspicion, &verdict) in all.zip(&verdicts.rangefinders) {
-            let by = by(verdict, agreement, contradiction, *suspicion);
-            *suspicion = moved(*suspicion, by, config.credit, config.most);
+            let by = by(verdict, agreement, *suspicion);
+            *suspicion = moved(*suspicion, by, credit, most);
         }
         // Dozens of beams that agree are no accident: they weigh as much as those that contradict.
         let suspicion = &mut self.suspicions.of_scanner;
-        let by = by(verdicts.scanner, contradiction, contradiction, *suspicion);
-        *suspicion = moved(*suspicion, by, config.most, config.most);
-        self.settle();
-        verdicts
+        let by = by(verdicts.scanner, contradiction, *suspicion);
+        *suspicion = moved(*suspicion, by, most, most);
     }
 
     /// Returns the failures that explain what was observed.
@@ -170,11 +199,6 @@ impl CrossCheck {
     pub fn failures(&self) -> Failures {
         self.suspicions
             .explained(&self.standing, self.config.unlikely)
-    }
-
-    fn settle(&mut self) {
-        let failures = self.failures();
-        self.standing.settle(&failures);
     }
 }
 

@@ -46,7 +46,7 @@ pub use cross_check::{CrossCheck, CrossCheckConfig, CrossCheckConfigError, Verdi
 pub use failures::{Failure, Failures, SENSORS};
 pub use histogram::{BEAMS, HistogramConfig, MIDDLE_BEAM, PerBeam, PolarHistogram, beam_bearing};
 pub use limits::Limits;
-pub use map_scan::{beam_in_map, scan_of_map};
+pub use map_scan::{Sight, beam_in_map, scan_of_map};
 pub use motion::{Motion, Side, Signal, Wheels};
 pub use nearness::{Outlook, nearness};
 pub use ramp::{Corner, Ramp, RampError};

@@ -39,12 +39,12 @@ const fn pose(x: i32, y: i32, degrees: i32) -> Pose {
 /// Sensors as on the simulator's robot.
 const VIEWS: Views = Views {
     rangefinders: [
-        pose(420, 200, 15),
-        pose(350, 260, 45),
+        pose(390, 170, 15),
+        pose(310, 240, 45),
         pose(0, 280, 95),
         pose(0, -280, -95),
-        pose(350, -260, -45),
-        pose(420, -200, -15),
+        pose(310, -240, -45),
+        pose(390, -170, -15),
     ],
     scanner: pose(420, 0, 0),
     rangefinders_see: Millimeters::new(4000),
@@ -138,14 +138,14 @@ fn measure_memory(
         memory = Recollection::of_map(&map, Pose::default(), &VIEWS, obstacle);
     });
     let mut check = CHECK;
-    let (recalling, verdicts) = ticks(clock, || check.recall(near, scan, &memory));
+    let (observing, verdicts) = ticks(clock, || check.observe(near, scan, Some(&memory)));
     let (completing, completed) = ticks(clock, || {
         memory.complete(near, scan, &check.failures()).rangefinders
     });
     let agrees = match verdicts.scanner {
         Verdict::Agreement => "agrees",
         Verdict::Contradiction => "contradicts",
-        Verdict::Silence => "silent",
+        Verdict::Phantom | Verdict::Past | Verdict::Silence => "silent",
     };
     // `count` would check its sum, which is a way to panic.
     let pairs = completed.iter().zip(near);
@@ -153,10 +153,10 @@ fn measure_memory(
         nearer.wrapping_add(u32::from(one != other))
     });
     hprintln!(
-        "{}: recollection {} instructions, recall {}, completion {}; scanner {}, {} nearer",
+        "{}: recollection {} instructions, cross-check {}, completion {}; scanner {}, {} nearer",
         name,
         instructions(remembering.wrapping_sub(nothing)),
-        instructions(recalling.wrapping_sub(nothing)),
+        instructions(observing.wrapping_sub(nothing)),
         instructions(completing.wrapping_sub(nothing)),
         agrees,
         nearer
@@ -168,7 +168,7 @@ fn measure(clock: &mut SYST, name: &str, scan: &PerBeam<Reading>, near: &PerRang
     let mut check = CHECK;
     let (nothing, ()) = ticks(clock, || ());
     let (checking, failures) = ticks(clock, || {
-        check.observe(near, scan);
+        check.observe(near, scan, None);
         check.failures()
     });
     let now = Ticks::new(50);

@@ -32,8 +32,8 @@ const SLIP: f64 = 0.04;
 /// The body: where it is, how its wheels turn, what it has bumped into.
 ///
 /// Each side follows its command with a lag and a bound on acceleration; what reaches the ground is less
-/// by a slip that changes every tenth of a second. A body that touches an obstacle stands still until it
-/// turns or backs away; each touch counts once, until it is clear by 5 cm.
+/// by a slip that changes every tenth of a second. A body that would touch an obstacle stays where it is, and
+/// turns if it can do so on the spot; each touch counts once, until it is clear by 5 cm.
 #[derive(Debug, Clone)]
 pub struct Body {
     /// Millimetres.
@@ -164,7 +164,10 @@ impl Body {
                 self.touching = true;
                 self.collisions += 1;
             }
-            (self.x, self.y, self.heading) = before;
+            (self.x, self.y, _) = before;
+            if self.clearance(world) <= 0.0 {
+                self.heading = before.2;
+            }
             self.speed = 0.0;
             self.least_clearance = 0.0;
         } else {

@@ -61,18 +61,17 @@ impl Diagnosis {
     }
 
     /// Returns who has failed by this glance and those before, and whose words are not to be drawn: who
-    /// has failed, and who contradicts now what the map remembers.
+    /// has failed, and who contradicts now what the map remembers or shows as surely free.
     ///
     /// A map that its own sensor may wipe out remembers nothing that speaks against it.
     pub fn judge(&mut self, glance: &Glance, memory: &Recollection) -> (Failures, Doubted) {
         let Glance { rangefinders, scan } = glance;
-        let verdicts = self.check.recall(rangefinders, scan, memory);
-        self.check.observe(rangefinders, scan);
+        let verdicts = self.check.observe(rangefinders, scan, Some(memory));
         let failures = self.check.failures();
         let mut doubted = broken(&failures);
         let all = verdicts.rangefinders.iter().chain([&verdicts.scanner]);
         for (doubted, &verdict) in doubted.iter_mut().zip(all) {
-            *doubted |= verdict == Verdict::Contradiction;
+            *doubted |= !matches!(verdict, Verdict::Agreement | Verdict::Silence);
         }
         (failures, doubted)
     }

@@ -5,7 +5,7 @@ use super::diagnosis::Doubted;
 use super::sensors::{FARTHEST, Glance, SCANNER, SCANNER_POSE, beam_model, rangefinders, views};
 use crate::fusion::{HostMapper, Method};
 use certainty_core::certainty::Certainty;
-use certainty_core::control::{Failures, PerBeam, Recollection, SENSORS, beam_bearing};
+use certainty_core::control::{Failure, Failures, PerBeam, Recollection, SENSORS, beam_bearing};
 use certainty_core::fusion::{Beam, BeamModel};
 use certainty_core::health::{Health, HealthRules};
 use certainty_core::sensor::SensorId;
@@ -89,12 +89,26 @@ impl DrawnMap {
         self.mapper.recollection(robot, &views(), OBSTACLE)
     }
 
-    /// Returns what the comparisons of the grid's cells say of the sensors.
+    /// Returns what the comparisons of the grid's cells say of the rangefinders, and who is silent.
+    ///
+    /// The scanner draws nearly all of the map: few of its cells are compared with anybody's, and most of those
+    /// with one rangefinder's, whose lies would fall on it. So its comparisons say nothing of it here.
     #[must_use]
     pub fn failures(&self) -> Failures {
+        const RULES: HealthRules = HealthRules::DEFAULT;
         let health = self.mapper.health();
         let health: Vec<Health> = health.into_iter().map(|(_, own)| own).collect();
-        Failures::of_health(&health, &HealthRules::DEFAULT)
+        let mut failures = Failures::of_health(&health, &RULES);
+        let of_scanner = health.get(SCANNER.slot());
+        let silent = of_scanner.is_none_or(|own| {
+            own.is_stale() || own.missing_in_a_row() >= RULES.config().failed_missing
+        });
+        failures.scanner = if silent {
+            Failure::TOTAL
+        } else {
+            Failure::NONE
+        };
+        failures
     }
 }
 

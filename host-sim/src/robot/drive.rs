@@ -233,8 +233,8 @@ struct Log {
     faulty: [bool; NAMES.len()],
     distrusted: [bool; NAMES.len()],
     caution: Caution,
-    /// For how many steps it has been another than that.
-    other_caution: u32,
+    /// Another one, and for how many steps it has been that.
+    other: (Caution, u32),
     collisions: u32,
 }
 
@@ -279,13 +279,16 @@ impl Log {
     /// fast as it may changes from *slowed* to not at every step.
     fn note_caution(&mut self, now: u32, caution: Caution) {
         const LASTING_STEPS: u32 = 10;
+        let steps = if caution == self.other.0 {
+            self.other.1
+        } else {
+            0
+        };
+        self.other = (caution, steps + 1);
         if caution == self.caution || caution == Caution::Arrived {
-            self.other_caution = 0;
             return;
         }
-        self.other_caution += 1;
-        if self.other_caution >= LASTING_STEPS || caution == Caution::Blind {
-            self.other_caution = 0;
+        if self.other.1 >= LASTING_STEPS || caution == Caution::Blind {
             self.caution = caution;
             self.push(now, Happening::Caution(caution));
         }

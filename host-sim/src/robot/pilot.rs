@@ -128,7 +128,7 @@ impl Pilot {
         if let (HealthMode::Diagnosed, Some(map)) = (self.mode, &self.memory) {
             failures = failures.worst(map.failures());
         }
-        let seen = match memory.iter().find(|_| self.remembers) {
+        let seen = match memory.as_ref().filter(|_| self.remembers) {
             Some(memory) => memory.complete(&glance.rangefinders, &glance.scan, &failures),
             None => Completed {
                 rangefinders: glance.rangefinders,

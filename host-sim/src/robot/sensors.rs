@@ -49,12 +49,12 @@ pub const fn rangefinders() -> PerRangefinder<Pose> {
         Pose::new(Point::from_mm(x, y), heading)
     }
     [
-        at(420, 200, 15),
-        at(350, 260, 45),
+        at(390, 170, 15),
+        at(310, 240, 45),
         at(0, 280, 95),
         at(0, -280, -95),
-        at(350, -260, -45),
-        at(420, -200, -15),
+        at(310, -240, -45),
+        at(390, -170, -15),
     ]
 }
 
@@ -130,9 +130,14 @@ impl Sensor for Laser {
         let normal: f64 = StandardNormal.sample(&mut self.rng);
         match self.truth.sense(look) {
             Reading::Echo(distance) => {
-                let measured = f64::from(distance.get()) + NOISE_MM * normal;
-                let measured = measured.round().max(f64::from(NEAREST.get()));
-                Reading::Echo(Millimeters::new(measured as u32).min(FARTHEST))
+                let measured = (f64::from(distance.get()) + NOISE_MM * normal).round();
+                if measured < f64::from(NEAREST.get()) {
+                    Reading::TooNear
+                } else if measured > f64::from(FARTHEST.get()) {
+                    Reading::NoObject
+                } else {
+                    Reading::Echo(Millimeters::new(measured as u32))
+                }
             }
             other => other,
         }
@@ -262,11 +267,11 @@ mod tests {
         assert!(near(glance.scan[100], 2000.0 / 50_f64.to_radians().cos()));
         assert!(near(
             glance.rangefinders[0],
-            2000.0 / 15_f64.to_radians().cos()
+            2030.0 / 15_f64.to_radians().cos()
         ));
         assert!(near(
             glance.rangefinders[4],
-            2070.0 / 45_f64.to_radians().cos()
+            2110.0 / 45_f64.to_radians().cos()
         ));
         assert_eq!(glance.rangefinders[2..4], [Reading::NoObject; 2]);
     }

@@ -1,7 +1,7 @@
 //! Many runs: \[004\]'s simulations 1 to 3, and the failures that its summary leaves as future work.
 
 use super::course::Course;
-use super::drive::Drive;
+use super::drive::{Drive, Event, Happening};
 use super::modes::{HealthMode, MapSource};
 use super::pilot::Manner;
 use super::sensors::NAMES;
@@ -15,7 +15,20 @@ use serde::Serialize;
 const FROM: &str = "@2s";
 
 /// What befalls the sensors: kinds of faults of which the robot is not told.
-pub const KINDS: [&str; 3] = ["stuck-far", "stuck-near", "random"];
+pub const KINDS: [&str; 4] = ["stuck-far", "stuck-near", "near-noisy", "random"];
+
+/// Returns how a fault of `kind` that befalls `sensor` is written.
+fn faults_of(kind: &str, sensor: &str) -> Vec<String> {
+    let fault = |kind: &str| format!("{kind}{FROM}");
+    match kind {
+        // What is stuck says the same to the millimetre; with the noise of its electronics it does not.
+        "near-noisy" => vec![
+            fault(&format!("stuck-near:{sensor}")),
+            fault(&format!("noise:{sensor}=1%")),
+        ],
+        _ => vec![fault(&format!("{kind}:{sensor}"))],
+    }
+}
 
 /// A study, before it is made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -67,6 +80,14 @@ pub struct Trial {
     pub route_m: Option<f64>,
     /// T, where the goal was reached.
     pub time_s: Option<f64>,
+    /// How many sensors failed.
+    pub failing: u32,
+    /// How many of them were found out.
+    pub found: u32,
+    /// How long that took, in seconds, of the last of them.
+    pub found_after_s: Option<f64>,
+    /// How many sound sensors were ever taken for broken.
+    pub accused: u32,
 }
 
 /// What the trials of some cases have in common; its fields are a contract.
@@ -101,6 +122,12 @@ pub struct Summary {
     /// `v_M` of all.
     #[serde(rename = "v_M")]
     pub mean_speed: Option<Spread>,
+    /// How many sensors that failed were found out, of how many.
+    pub found: (u64, u64),
+    /// How long that took, in seconds, where all of a run's were.
+    pub found_after_s: Option<Spread>,
+    /// How many sound sensors were ever taken for broken.
+    pub accused: u64,
 }
 
 /// A study that cannot be made; never in practice.
@@ -154,9 +181,7 @@ impl Study {
         let mut cases = Vec::new();
         for name in KINDS {
             for sensors in &sets {
-                let faults = sensors
-                    .iter()
-                    .map(|sensor| format!("{name}:{sensor}{FROM}"));
+                let faults = sensors.iter().flat_map(|sensor| faults_of(name, sensor));
                 let faults: Vec<String> = faults.collect();
                 cases.extend(HealthMode::ALL.map(|health| Case {
                     name,
@@ -171,7 +196,7 @@ impl Study {
         cases
     }
 
-    /// Drives `case` in every world, on as many threads as rayon has; `done` is called once.
+    /// Drives `case` in every world, on as many threads as rayon has.
     ///
     /// # Errors
     ///
@@ -203,6 +228,7 @@ impl Study {
         };
         let outcome = drive.run()?;
         let quality = outcome.quality;
+        let (found, found_after_s, accused) = diagnosed(case, &outcome.events);
         Ok(Trial {
             world: seed,
             reached: outcome.reached,
@@ -213,8 +239,40 @@ impl Study {
             mean_speed: quality.mean_speed,
             route_m: quality.route_m,
             time_s: quality.time_s,
+            failing: case.failing as u32,
+            found,
+            found_after_s,
+            accused,
         })
     }
+}
+
+/// How many that failed were found out, after how many seconds all of them, and how many sound ones were
+/// accused.
+fn diagnosed(case: &Case, events: &[Event]) -> (u32, Option<f64>, u32) {
+    let failed: Vec<&str> = case
+        .sensors
+        .split('+')
+        .filter(|name| !name.is_empty())
+        .collect();
+    let since = |name: &str, wanted: fn(&'static str) -> Happening| {
+        let named = NAMES.into_iter().find(|own| *own == name).map(wanted);
+        let mut events = events.iter().filter(|event| Some(event.what) == named);
+        events.next().map(|event| event.time_s)
+    };
+    let (mut found, mut after, mut accused) = (0, Some(0.0_f64), 0);
+    for name in NAMES {
+        let named = since(name, Happening::Distrusted);
+        if !failed.contains(&name) {
+            accused += u32::from(named.is_some());
+            continue;
+        }
+        found += u32::from(named.is_some());
+        let took = named.zip(since(name, Happening::FaultBegan));
+        let took = took.map(|(named, began)| (named - began).max(0.0));
+        after = after.zip(took).map(|(after, took)| after.max(took));
+    }
+    (found, after.filter(|_| !failed.is_empty()), accused)
 }
 
 impl Summary {
@@ -238,6 +296,12 @@ impl Summary {
             speed_deviation: spread(&|trial| Some(trial.speed_deviation)),
             route_m: spread(&|trial| trial.route_m),
             mean_speed: spread(&|trial| Some(trial.mean_speed)),
+            found: (
+                trials.iter().map(|trial| u64::from(trial.found)).sum(),
+                trials.iter().map(|trial| u64::from(trial.failing)).sum(),
+            ),
+            found_after_s: spread(&|trial| trial.found_after_s),
+            accused: trials.iter().map(|trial| u64::from(trial.accused)).sum(),
         }
     }
 }
@@ -249,9 +313,9 @@ mod tests {
     #[test]
     fn every_single_failure_and_every_pair_of_every_kind_is_driven_by_every_mode() {
         let cases = Study::failures();
-        assert_eq!(cases.len(), (7 + 21) * 3 * 3);
+        assert_eq!(cases.len(), (7 + 21) * KINDS.len() * 3);
         let pairs = cases.iter().filter(|case| case.failing == 2).count();
-        assert_eq!(pairs, 21 * 3 * 3);
+        assert_eq!(pairs, 21 * KINDS.len() * 3);
         for case in &cases {
             for fault in &case.faults {
                 assert!(fault.parse::<FaultSpec>().is_ok(), "{fault}");

@@ -76,14 +76,14 @@ fn failures(
 ) -> Vec<f64> {
     let mut check = check();
     for _ in 0..readings {
-        check.observe(rangefinders, scan);
+        check.observe(rangefinders, scan, None);
     }
     let failures = check.failures();
     let all = failures.rangefinders.into_iter().chain([failures.scanner]);
     all.map(|failure| failure.part().to_num()).collect()
 }
 
-use Verdict::{Agreement, Contradiction, Silence};
+use Verdict::{Agreement, Contradiction, Past, Phantom, Silence};
 
 #[test]
 fn sensors_that_see_the_same_wall_agree() {
@@ -137,12 +137,12 @@ fn who_was_found_broken_stays_so_when_the_others_fall_silent() {
     let mut stuck = of_wall();
     stuck[0] = Reading::Echo(mm(1000));
     for _ in 0..20 {
-        check.observe(&stuck, &wall());
+        check.observe(&stuck, &wall(), None);
     }
     let mut alone = [Reading::NoObject; RANGEFINDERS];
     alone[0] = Reading::Echo(mm(1000));
     for _ in 0..200 {
-        check.observe(&alone, &[Reading::NoObject; BEAMS]);
+        check.observe(&alone, &[Reading::NoObject; BEAMS], None);
     }
     let failures = check.failures();
     let parts = (failures.rangefinders[0].part(), failures.scanner.part());
@@ -155,10 +155,10 @@ fn a_scanner_that_breaks_after_a_rangefinder_is_found_too() {
     let mut stuck = of_wall();
     stuck[0] = Reading::Echo(mm(1000));
     for _ in 0..20 {
-        check.observe(&stuck, &wall());
+        check.observe(&stuck, &wall(), None);
     }
     for _ in 0..30 {
-        check.observe(&stuck, &[Reading::NoObject; BEAMS]);
+        check.observe(&stuck, &[Reading::NoObject; BEAMS], None);
     }
     assert_eq!(check.failures().scanner, Failure::TOTAL);
 }
@@ -168,14 +168,14 @@ fn a_scanner_that_breaks_after_a_rangefinder_is_found_too() {
 fn what_a_sensor_said_is_forgotten_once_it_is_not_heard() {
     let mut check = check();
     for _ in 0..20 {
-        check.observe(&of_wall(), &[Reading::NoObject; BEAMS]);
+        check.observe(&of_wall(), &[Reading::NoObject; BEAMS], None);
     }
     let missing = [Reading::Missing(Missing::Implausible); RANGEFINDERS];
     for _ in 0..47 {
-        check.observe(&missing, &wall());
+        check.observe(&missing, &wall(), None);
     }
     assert_ne!(check.suspicions.of_pairs, [0; RANGEFINDERS]);
-    check.observe(&missing, &wall());
+    check.observe(&missing, &wall(), None);
     assert_eq!(check.suspicions.of_pairs, [0; RANGEFINDERS]);
     assert_eq!(check.failures(), Failures::NONE);
 }
@@ -186,16 +186,16 @@ fn a_sensor_that_agrees_again_is_believed_again() {
     let mut stuck = of_wall();
     stuck[0] = Reading::Echo(mm(1000));
     for _ in 0..100 {
-        check.observe(&stuck, &wall());
+        check.observe(&stuck, &wall(), None);
     }
     assert_eq!(check.failures().rangefinders[0], Failure::TOTAL);
     // From 48 by 2 a reading: at 10 the rest, (10 − 6) / 12, is still above a quarter; at 8 it is not,
     // so it stands no more, and 8 is below λ.
     for _ in 0..19 {
-        check.observe(&of_wall(), &wall());
+        check.observe(&of_wall(), &wall(), None);
         assert_ne!(check.failures(), Failures::NONE);
     }
-    check.observe(&of_wall(), &wall());
+    check.observe(&of_wall(), &wall(), None);
     assert_eq!(check.failures(), Failures::NONE);
 }
 
@@ -227,11 +227,17 @@ fn what_is_behind_an_obstacle_of_the_scanners_is_no_contradiction() {
     assert_eq!(verdicts(&rangefinders, &scan)[0], Silence);
 }
 
+/// Surely free is all before the wall, and a metre where there is none.
+fn clear(reading: Reading) -> Millimeters {
+    distance(reading).unwrap_or(mm(1000))
+}
+
 /// What a map shows that remembers the wall: by 1° a sector's rays would be a little longer or shorter.
 fn memory_of_wall() -> Recollection {
     Recollection {
-        sectors: of_wall().map(|reading| Sector::of_rays([reading; 11])),
+        sectors: of_wall().map(|reading| Sector::of_rays([reading; 11], clear(reading))),
         scan: wall(),
+        clear: wall().map(clear),
     }
 }
 
@@ -246,8 +252,7 @@ fn with_memory(
 ) -> Vec<f64> {
     let mut check = check();
     for _ in 0..times {
-        check.recall(rangefinders, scan, memory);
-        check.observe(rangefinders, scan);
+        check.observe(rangefinders, scan, Some(memory));
     }
     let failures = check.failures();
     let all = failures.rangefinders.into_iter().chain([failures.scanner]);
@@ -257,7 +262,7 @@ fn with_memory(
 #[test]
 fn who_says_what_the_map_says_is_not_suspected() {
     let mut check = check();
-    let verdicts = check.recall(&of_wall(), &wall(), &memory_of_wall());
+    let verdicts = check.observe(&of_wall(), &wall(), Some(&memory_of_wall()));
     let expected = [Agreement, Agreement, Silence, Silence, Agreement, Agreement];
     assert_eq!(verdicts.rangefinders, expected);
     assert_eq!(verdicts.scanner, Agreement);
@@ -266,7 +271,7 @@ fn who_says_what_the_map_says_is_not_suspected() {
         [0.0; 7]
     );
     // Nor who sees what nobody saw before.
-    let verdicts = check.recall(&of_wall(), &wall(), &Recollection::NOTHING);
+    let verdicts = check.observe(&of_wall(), &wall(), Some(&Recollection::NOTHING));
     assert_eq!(verdicts.rangefinders, [Silence; RANGEFINDERS]);
     assert_eq!(verdicts.scanner, Silence);
 }
@@ -310,7 +315,7 @@ fn a_scanner_and_a_rangefinder_that_go_blind_together_are_both_found() {
 fn a_scan_is_judged_by_most_of_its_beams() {
     let verdict = |scan: &PerBeam<Reading>| {
         let mut check = check();
-        check.recall(&BLIND, scan, &memory_of_wall()).scanner
+        check.observe(&BLIND, scan, Some(&memory_of_wall())).scanner
     };
     // All 101 beams see the wall, which is within reach of them all: 2000 / cos 50° + 150 + 194.
     let mut scan = wall();
@@ -336,12 +341,12 @@ fn a_scan_is_judged_by_most_of_its_beams() {
 fn an_edge_in_the_map_judges_no_rangefinder() {
     let judged = |rays: [Reading; 11], reading: Reading| {
         let mut memory = Recollection::NOTHING;
-        memory.sectors[0] = Sector::of_rays(rays);
+        memory.sectors[0] = Sector::of_rays(rays, Millimeters::ZERO);
         let mut rangefinders = BLIND;
         rangefinders[0] = reading;
         let mut check = check();
         check
-            .recall(&rangefinders, &[Reading::NoObject; BEAMS], &memory)
+            .observe(&rangefinders, &[Reading::NoObject; BEAMS], Some(&memory))
             .rangefinders[0]
     };
     let echo = |distance| Reading::Echo(mm(distance));
@@ -357,13 +362,76 @@ fn an_edge_in_the_map_judges_no_rangefinder() {
     assert_eq!(judged([echo(160); 11], Reading::TooNear), Agreement);
     assert_eq!(judged([echo(161); 11], Reading::TooNear), Contradiction);
     assert_eq!(judged(rays, Reading::Missing(Missing::Timeout)), Silence);
-    rays[6] = Reading::NoObject;
-    assert_eq!(judged(rays, Reading::NoObject), Silence);
-    rays[6] = echo(1501);
-    assert_eq!(judged(rays, Reading::NoObject), Silence);
+    for beside in [Reading::NoObject, echo(1501)] {
+        rays[6] = beside;
+        assert_eq!(judged(rays, Reading::NoObject), Past);
+        assert_eq!(judged(rays, echo(1213)), Past);
+        assert_eq!(judged(rays, echo(1212)), Silence);
+        assert_eq!(judged(rays, Reading::Missing(Missing::Timeout)), Silence);
+    }
     // Nearly out of reach: 3623 + 150 + 226 is within 4000, one more is not.
     assert_eq!(judged([echo(3623); 11], Reading::NoObject), Contradiction);
     assert_eq!(judged([echo(3624); 11], Reading::NoObject), Silence);
+}
+
+/// A map that is surely free for 2 m wherever anybody looks.
+fn memory_of_free() -> Recollection {
+    Recollection {
+        sectors: [Sector::of_rays([Reading::NoObject; 11], mm(2000)); RANGEFINDERS],
+        clear: [mm(2000); BEAMS],
+        ..Recollection::NOTHING
+    }
+}
+
+/// A wall at 1.5 m where there was none, and who sees it: a phantom of a sensor that is alone.
+#[test]
+fn what_one_sensor_sees_where_all_was_free_is_a_phantom_and_what_two_see_is_new() {
+    let open = [Reading::NoObject; BEAMS];
+    let judged = |rangefinders: &PerRangefinder<Reading>, scan: &PerBeam<Reading>| {
+        check().observe(rangefinders, scan, Some(&memory_of_free()))
+    };
+    let echo = |distance| Reading::Echo(mm(distance));
+    let mut alone = BLIND;
+    // 150 and a sixteenth of 1741 before the end of what is free.
+    (alone[2], alone[3]) = (echo(1741), echo(1742));
+    alone[5] = Reading::TooNear;
+    let verdicts = judged(&alone, &open);
+    let expected = [Silence, Silence, Phantom, Silence, Silence, Phantom];
+    assert_eq!(verdicts.rangefinders, expected);
+    assert_eq!(verdicts.scanner, Silence);
+    let near_wall = wall().map(|reading| match reading {
+        Reading::Echo(distance) => echo(distance.get() / 2),
+        other => other,
+    });
+    assert_eq!(judged(&BLIND, &near_wall).scanner, Contradiction);
+    // The same wall by rangefinder 1: 450 + 1000 − 400 ahead, at 15°.
+    let mut both = BLIND;
+    both[0] = echo((1050.0 / 15_f64.to_radians().cos()) as u32);
+    let verdicts = judged(&both, &near_wall);
+    assert_eq!(verdicts.pairs[0], Agreement);
+    assert_eq!(verdicts.rangefinders[0], Silence);
+    assert_eq!(verdicts.scanner, Silence);
+}
+
+/// A rangefinder beside the scanner's field that says something near, with noise: nobody but the map knows.
+#[test]
+fn a_phantom_beside_the_scanners_field_is_found_by_what_was_free() {
+    let open = [Reading::NoObject; BEAMS];
+    let mut stuck = BLIND;
+    stuck[2] = Reading::Echo(mm(250));
+    let found = with_memory(20, &stuck, &open, &memory_of_free());
+    // One failure alone leaves both in doubt, as the scanner drew the map.
+    assert_eq!(found, [0.0, 0.0, 0.5, 0.0, 0.0, 0.0, 0.5]);
+    // Where the scanner agrees with the map it is the rangefinder.
+    let memory = Recollection {
+        scan: wall(),
+        ..memory_of_free()
+    };
+    let mut stuck = of_wall();
+    stuck[2] = Reading::Echo(mm(250));
+    let found = with_memory(20, &stuck, &wall(), &memory);
+    assert_eq!(found, [0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
+    assert_eq!(failures(20, &stuck, &wall()), [0.0; 7]);
 }
 
 /// 48 by 1 a time.
@@ -371,14 +439,22 @@ fn an_edge_in_the_map_judges_no_rangefinder() {
 fn what_contradicted_the_map_is_forgotten_where_it_remembers_nothing() {
     let mut check = check();
     for _ in 0..20 {
-        check.recall(&BLIND, &[Reading::NoObject; BEAMS], &memory_of_wall());
+        check.observe(&BLIND, &[Reading::NoObject; BEAMS], Some(&memory_of_wall()));
     }
     assert_eq!(check.failures().scanner, Failure::TOTAL);
     for _ in 0..47 {
-        check.recall(&BLIND, &[Reading::NoObject; BEAMS], &Recollection::NOTHING);
+        check.observe(
+            &BLIND,
+            &[Reading::NoObject; BEAMS],
+            Some(&Recollection::NOTHING),
+        );
     }
     assert_ne!(check.suspicions, Suspicions::NONE);
-    check.recall(&BLIND, &[Reading::NoObject; BEAMS], &Recollection::NOTHING);
+    check.observe(
+        &BLIND,
+        &[Reading::NoObject; BEAMS],
+        Some(&Recollection::NOTHING),
+    );
     assert_eq!(check.suspicions, Suspicions::NONE);
     assert_eq!(check.failures(), Failures::NONE);
 }
@@ -487,6 +563,7 @@ prop_compose! {
         rays in prop::array::uniform6(prop::array::uniform11(reading())),
         walls in prop::array::uniform6(prop::option::of(reading())),
         scan in scan(),
+        clear in prop::array::uniform7((0_u32..5000).prop_map(mm)),
     ) -> [Recollection; 2] {
         let mut sectors = rays;
         for (rays, wall) in sectors.iter_mut().zip(walls) {
@@ -494,14 +571,20 @@ prop_compose! {
                 rays.fill(wall);
             }
         }
-        let ours = Recollection { sectors: sectors.map(Sector::of_rays), scan };
-        sectors.reverse();
-        for rays in &mut sectors {
-            rays.reverse();
-        }
-        let mut scan = scan;
-        scan.reverse();
-        [ours, Recollection { sectors: sectors.map(Sector::of_rays), scan }]
+        let [ahead @ .., beams] = clear;
+        let mut numbered = sectors.into_iter().zip(ahead);
+        let sectors = [(); RANGEFINDERS].map(|()| numbered.next().unwrap());
+        let ours = Recollection {
+            sectors: sectors.map(|(rays, clear)| Sector::of_rays(rays, clear)),
+            scan,
+            clear: [beams; BEAMS],
+        };
+        let mirrored = Recollection {
+            sectors: reversed(sectors).map(|(rays, clear)| Sector::of_rays(reversed(rays), clear)),
+            scan: reversed(scan),
+            ..ours
+        };
+        [ours, mirrored]
     }
 }
 
@@ -522,12 +605,11 @@ proptest! {
         for (rangefinders, scan, times) in glances {
             let (opposite, from_left) = (reversed(rangefinders), reversed(scan));
             for _ in 0..times {
-                let verdicts = ours.recall(&rangefinders, &scan, &memory);
-                let mirror = theirs.recall(&opposite, &from_left, &mirrored);
+                let verdicts = ours.observe(&rangefinders, &scan, Some(&memory));
+                let mirror = theirs.observe(&opposite, &from_left, Some(&mirrored));
+                prop_assert_eq!(verdicts.pairs, reversed(mirror.pairs));
                 prop_assert_eq!(verdicts.rangefinders, reversed(mirror.rangefinders));
                 prop_assert_eq!(verdicts.scanner, mirror.scanner);
-                ours.observe(&rangefinders, &scan);
-                theirs.observe(&opposite, &from_left);
             }
             let (failures, mirror) = (ours.failures(), theirs.failures());
             prop_assert_eq!(failures.rangefinders, reversed(mirror.rangefinders));

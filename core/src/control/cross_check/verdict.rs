@@ -28,17 +28,23 @@ pub enum Verdict {
     Agreement,
     /// One sees an object where the other sees through, or past it.
     Contradiction,
+    /// A sensor sees an object where the map is surely free.
+    Phantom,
+    /// A sensor sees past an object that the map shows beside its beam: it may, or may be blind to it.
+    Past,
     /// They do not look at the same place, or one says nothing.
     Silence,
 }
 
-/// What the map says of every sensor.
+/// What the sensors say of each other, and the map of every one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Verdicts {
-    /// Of each rangefinder.
+    /// Of each rangefinder and the scanner.
+    pub pairs: PerRangefinder<Verdict>,
+    /// Of each rangefinder and the map.
     pub rangefinders: PerRangefinder<Verdict>,
-    /// Of the scanner, by most of its beams.
+    /// Of the scanner and the map, by most of its beams.
     pub scanner: Verdict,
 }
 
@@ -74,36 +80,64 @@ impl CrossCheckConfig {
         verdicts
     }
 
-    /// Compares every sensor with the map.
+    /// Compares every sensor with the map, after the `pairs` with each other: what two sensors see is no
+    /// phantom of either.
     pub(super) fn against(
         &self,
         rangefinders: &PerRangefinder<Reading>,
         scan: &PerBeam<Reading>,
+        pairs: PerRangefinder<Verdict>,
         memory: &Recollection,
     ) -> Verdicts {
         let mut verdicts = [Verdict::Silence; RANGEFINDERS];
-        let all = rangefinders.iter().zip(&memory.sectors);
-        for (verdict, (&reading, sector)) in verdicts.iter_mut().zip(all) {
-            let Some((near, far)) = sector.ahead() else {
-                continue;
-            };
+        let all = rangefinders.iter().zip(&memory.sectors).zip(&pairs);
+        for (verdict, ((&reading, sector), &pair)) in verdicts.iter_mut().zip(all) {
             // Rays that meet two objects do not say which of them the beam meets.
-            if far.saturating_sub(near).get() <= 2 * GAP_MM {
-                *verdict = self.remembered(reading, near, far, self.views.rangefinders_see);
-            }
-        }
-        let (mut alike, mut unlike) = (0_u8, 0_u8);
-        for (&reading, &shown) in scan.iter().zip(&memory.scan) {
-            let Reading::Echo(distance) = shown else {
-                continue;
+            let one = |&(near, far): &(Millimeters, Millimeters)| {
+                far.saturating_sub(near).get() <= 2 * GAP_MM
             };
-            match self.remembered(reading, distance, distance, self.views.scanner_sees) {
-                Verdict::Agreement => alike = alike.saturating_add(1),
-                Verdict::Contradiction => unlike = unlike.saturating_add(1),
-                Verdict::Silence => {}
+            *verdict = match sector.ahead().filter(one) {
+                Some((near, far)) => {
+                    self.remembered(reading, near, far, self.views.rangefinders_see)
+                }
+                None => Verdict::Silence,
+            };
+            if *verdict == Verdict::Silence && pair != Verdict::Agreement {
+                if self.is_phantom(reading, sector.clear()) {
+                    *verdict = Verdict::Phantom;
+                } else if sector
+                    .nearest_ahead()
+                    .is_some_and(|near| self.is_past(reading, near))
+                {
+                    *verdict = Verdict::Past;
+                }
             }
         }
-        let scanner = if alike.saturating_add(unlike) < FEWEST_BEAMS {
+        Verdicts {
+            pairs,
+            rangefinders: verdicts,
+            scanner: self.of_scan(scan, pairs.contains(&Verdict::Agreement), memory),
+        }
+    }
+
+    /// Compares the scan with the map; where it is `confirmed` by a rangefinder, new things are no phantoms.
+    fn of_scan(&self, scan: &PerBeam<Reading>, confirmed: bool, memory: &Recollection) -> Verdict {
+        let (mut alike, mut unlike) = (0_u8, 0_u8);
+        let all = scan.iter().zip(&memory.scan).zip(&memory.clear);
+        for ((&reading, &shown), &clear) in all {
+            let verdict = match shown {
+                Reading::Echo(distance) => {
+                    self.remembered(reading, distance, distance, self.views.scanner_sees)
+                }
+                _ => Verdict::Silence,
+            };
+            match verdict {
+                Verdict::Agreement => alike = alike.saturating_add(1),
+                Verdict::Silence if confirmed || !self.is_phantom(reading, clear) => {}
+                _ => unlike = unlike.saturating_add(1),
+            }
+        }
+        if alike.saturating_add(unlike) < FEWEST_BEAMS {
             Verdict::Silence
         } else if unlike > alike {
             Verdict::Contradiction
@@ -111,10 +145,25 @@ impl CrossCheckConfig {
             Verdict::Agreement
         } else {
             Verdict::Silence
-        };
-        Verdicts {
-            rangefinders: verdicts,
-            scanner,
+        }
+    }
+
+    /// Whether a sensor sees past what is `near`.
+    fn is_past(&self, reading: Reading, near: Millimeters) -> bool {
+        let beyond = near.saturating_add(self.slack(near));
+        match reading {
+            Reading::Echo(told) => told > beyond,
+            Reading::NoObject => beyond < self.views.rangefinders_see,
+            Reading::TooNear | Reading::Missing(_) => false,
+        }
+    }
+
+    /// Whether a sensor sees something well before where the map stops being surely free.
+    fn is_phantom(&self, reading: Reading, clear: Millimeters) -> bool {
+        match reading {
+            Reading::Echo(told) => told.saturating_add(self.slack(told)) < clear,
+            Reading::TooNear => self.slack(Millimeters::ZERO) < clear,
+            Reading::NoObject | Reading::Missing(_) => false,
         }
     }
 

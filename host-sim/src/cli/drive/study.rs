@@ -105,14 +105,14 @@ fn groups(driven: &[Driven]) -> Vec<Summary> {
 fn write_csv<'a>(driven: impl Iterator<Item = &'a Driven>, out: &mut dyn Write) -> io::Result<()> {
     writeln!(
         out,
-        "case,failing,health,bold,world,reached,collisions,min_clearance_mm,E,S,s,T,v_M"
+        "case,failing,health,bold,world,reached,collisions,min_clearance_mm,E,S,s,T,v_M,found,found_after_s,accused"
     )?;
     let optional = |value: Option<f64>| value.map_or(String::new(), |value| format!("{value:.3}"));
     for (case, trials) in driven {
         for trial in trials {
             writeln!(
                 out,
-                "{},{},{},{},{},{},{},{:.0},{:.3},{:.4},{},{},{:.4}",
+                "{},{},{},{},{},{},{},{:.0},{:.3},{:.4},{},{},{:.4},{},{},{}",
                 case.name,
                 case.sensors,
                 case.health,
@@ -125,7 +125,10 @@ fn write_csv<'a>(driven: impl Iterator<Item = &'a Driven>, out: &mut dyn Write) 
                 trial.speed_deviation,
                 optional(trial.route_m),
                 optional(trial.time_s),
-                trial.mean_speed
+                trial.mean_speed,
+                trial.found,
+                optional(trial.found_after_s),
+                trial.accused
             )?;
         }
     }
@@ -148,6 +151,9 @@ fn told(report: &Report) -> String {
             "S",
             "s",
             "v_M",
+            "found",
+            "after",
+            "accused",
         ])
     };
     let line = |summary: &Summary| {
@@ -173,6 +179,9 @@ fn told(report: &Report) -> String {
             &spread(&summary.speed_deviation, 3),
             &spread(&summary.route_m, 1),
             &spread(&summary.mean_speed, 3),
+            &format!("{}/{}", summary.found.0, summary.found.1),
+            &spread(&summary.found_after_s, 1),
+            &summary.accused.to_string(),
         ])
     };
     let rows = |summaries: &[Summary]| {
