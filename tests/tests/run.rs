@@ -142,6 +142,12 @@ fn every_backend_drives_the_same_way() {
         ("", &["qemu", "board"][..]),
         ("--fault stuck-far:2 --seed 7", &["board"]),
         ("--fault unplugged:1@39..45", &["board"]),
+        (
+            "--fault motor-dead:left@41 --fault slip:right=20%",
+            &["qemu", "board"],
+        ),
+        ("--fault motor-weak:right=90%@30s..32s", &["board"]),
+        ("--fault motor-off:left@40", &["qemu"]),
     ] {
         let native = outcome(on("native", DRIVING, faults).unwrap());
         assert_ne!(native["drive"]["rounds_moved"], 0, "{faults}");
@@ -357,6 +363,13 @@ fn bad_input_is_one_line_and_exit_code_2() {
         ("run --on board --image text", "cargo firmware"),
         ("run --on board --image .", "cargo firmware"),
         ("run --on board --fault servo-off:1", "servo-off"),
+        ("run --on board --fault motor-off:left", "motor-off"),
+        ("run --fault motor-dead:middle", "right or left"),
+        ("run --fault motor-dead", "names no sensor"),
+        ("run --fault motor-off:left=3", "takes no value"),
+        ("run --fault motor-weak:left=fast", "motor-weak:left=95%"),
+        ("run --fault slip:right=120%", "slip:right=20%"),
+        ("run --fault slip:right@9..3", "is empty"),
         ("run --world missing.toml", "missing.toml"),
         ("run --rounds 1 --out text", "text"),
     ] {
