@@ -218,6 +218,25 @@ fn it_never_touches_a_wall_across_its_way() {
     }
 }
 
+/// A wall ahead and one behind it drive it back over the lower edge of its grid, beyond which its map has nothing: with sound
+/// sensors it went on until it touched the wall behind.
+#[test]
+fn outside_its_grid_it_is_blind_and_touches_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("walls.toml");
+    let walls = "name = \"wall ahead, wall behind\"\n\
+                 [[box]]\ncenter = [\"0mm\", \"350mm\"]\nsize = [\"3m\", \"100mm\"]\n\
+                 [[box]]\ncenter = [\"0mm\", \"-400mm\"]\nsize = [\"3m\", \"100mm\"]\n";
+    std::fs::write(&file, walls).unwrap();
+    for seed in 1..=4 {
+        let arguments = format!("--seed {seed} --world {}", file.display());
+        let drive = &on("native", 150, &arguments).unwrap()["drive"];
+        assert_eq!(drive["collisions"], 0, "{seed}: {drive}");
+        assert_eq!(drive["conduct"], "blind", "{seed}: {drive}");
+        assert_ne!(drive["rounds_moved"], 0, "{seed}: {drive}");
+    }
+}
+
 #[test]
 fn a_journey_has_a_picture_and_standing_has_none() {
     for (rounds, count) in [(37, 1), (DRIVING, 3)] {
