@@ -6,10 +6,13 @@
 //! motors were told ([`Odometer`]).
 //!
 //! It stands where it has arrived; where too little of what lies ahead is seen by sensors that can be believed;
-//! for a round in which a slot was skipped; and while a motor refuses. Where it was moving and cannot know how
-//! far, as its motors were told late or one of them refused, it is lost and stands until it is started again. Dead man's rule: a round in which
-//! nothing was decided tells the motors to stand. It takes a main loop that runs: one that hangs leaves the last
-//! pulses to the timer until the watchdog bites, and then starts the car anew.
+//! for a round in which a slot was skipped; and while a motor refuses. After either it starts anew from a
+//! stand, which takes it a second round. Where it was moving and cannot know how far, as its motors were told
+//! late or one of them refused, it is lost; and where nobody started it but itself ([`Start::ByItself`]) it
+//! knows no place. Then it looks, maps and reports, but stands until it is started by hand.
+//!
+//! Dead man's rule: a round in which nothing was decided tells the motors to stand. It takes a main loop that
+//! runs: one that hangs leaves the last pulses to the timer until the watchdog bites, after which the car stands.
 
 mod odometer;
 mod rules;
@@ -22,7 +25,7 @@ use senses::Seen;
 
 use super::round::{LOOK_FRAMES, ROUND_FRAMES};
 use super::{HEADS, MOTOR, POSE, RANGERS, SWEEP};
-use crate::board::{Board, MotorWires};
+use crate::board::{Board, MotorWires, Start};
 use crate::executive::Due;
 use crate::motors::{Motors, Thrust};
 use crate::telemetry::{self, Conduct};
@@ -47,15 +50,15 @@ pub(super) struct Drive<B: Board> {
     decided: Option<(Wheels, Conduct)>,
     /// A slot of this round was skipped.
     faltered: bool,
-    /// Why the car does not know where it is any more: it stands until it is started again.
+    /// Why the car does not know where it is: it stands until it is started by hand.
     lost: Option<Conduct>,
     /// How the round ended.
     told: telemetry::Drive,
 }
 
 impl<B: Board> Drive<B> {
-    /// Creates the control level of a car that stands at [`POSE`].
-    pub(super) fn new(wires: MotorWires<B>) -> Self {
+    /// Creates the control level of a car that stands at [`POSE`], as far as whoever started it knows.
+    pub(super) fn new(wires: MotorWires<B>, start: Start) -> Self {
         Self {
             motors: Motors::new(wires.right, wires.left, MOTOR),
             controller: Controller::new(&CONTROL, Side::Left),
@@ -64,7 +67,10 @@ impl<B: Board> Drive<B> {
             looks_from: POSE,
             decided: None,
             faltered: false,
-            lost: None,
+            lost: match start {
+                Start::ByHand => None,
+                Start::ByItself => Some(Conduct::Restarted),
+            },
             told: told(POSE, Wheels::STOPPED, Conduct::Looking),
         }
     }
@@ -112,7 +118,7 @@ impl<B: Board> Drive<B> {
     /// Who stood, stood. Who was moving moved on for nobody knows how long, and stands from now on.
     pub(super) fn drive_late(&mut self) {
         if self.thrust != Thrust::NONE {
-            self.lost = Some(Conduct::Late);
+            self.lost = Some(Conduct::Lost);
         }
         self.falter();
         self.drive();
@@ -133,13 +139,13 @@ impl<B: Board> Drive<B> {
             Ok(thrust) => thrust,
             Err(_) => {
                 if self.thrust != Thrust::NONE {
-                    self.lost = Some(Conduct::Refused);
+                    self.lost = Some(Conduct::Lost);
                 }
                 (wheels, conduct) = (Wheels::STOPPED, Conduct::Refused);
                 Thrust::NONE
             }
         };
-        if matches!(conduct, Conduct::Late | Conduct::Refused) {
+        if matches!(conduct, Conduct::Late | Conduct::Refused | Conduct::Lost) {
             // The next step begins with a car that stands.
             self.controller = Controller::new(&CONTROL, self.controller.kept_side());
         }

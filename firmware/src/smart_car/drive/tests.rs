@@ -46,10 +46,15 @@ impl Link for Line {
 }
 
 fn car(line: &Line) -> Drive<RemoteBoard<'_, Line>> {
-    Drive::new(MotorWires {
+    started(line, Start::ByHand)
+}
+
+fn started(line: &Line, start: Start) -> Drive<RemoteBoard<'_, Line>> {
+    let wires = MotorWires {
         right: RemotePwm::new(line, Channel::Motor(0)),
         left: RemotePwm::new(line, Channel::Motor(1)),
-    })
+    };
+    Drive::new(wires, start)
 }
 
 const STANDS: [(u8, u16); 2] = [(0, 1_500), (1, 1_500)];
@@ -135,7 +140,7 @@ fn a_round_without_a_decision_tells_the_motors_to_stand() {
 }
 
 #[test]
-fn a_slot_that_is_skipped_makes_it_stand_for_a_round() {
+fn a_slot_that_is_skipped_makes_it_stand_for_two_rounds() {
     let line = Line::default();
     let mut car = going(&line);
     steer(&mut car, LOOK_AROUND + 3, false, Confidence::FULL);
@@ -143,10 +148,13 @@ fn a_slot_that_is_skipped_makes_it_stand_for_a_round() {
     car.drive();
     assert_eq!(line.take(), STANDS);
     assert_eq!(car.report().conduct, Conduct::Late);
-    for round in LOOK_AROUND + 4..LOOK_AROUND + 6 {
-        steer(&mut car, round, false, Confidence::FULL);
-        car.drive();
-    }
+    // It starts anew: the first decision knows of no time that has passed, in which it could get faster.
+    steer(&mut car, LOOK_AROUND + 4, false, Confidence::FULL);
+    car.drive();
+    assert_eq!(car.report().conduct, Conduct::Going);
+    assert_eq!(line.take(), STANDS);
+    steer(&mut car, LOOK_AROUND + 5, false, Confidence::FULL);
+    car.drive();
     assert_eq!(car.report().conduct, Conduct::Going);
     assert_ne!(car.thrust, Thrust::NONE);
 }
@@ -166,7 +174,7 @@ fn a_motor_that_refuses_makes_the_other_stand() {
         assert_eq!(car.looks_from(), there, "it is not reckoned to move");
         // Where its pulses took it meanwhile nobody knows, so it does not go on when it hears again.
         line.deaf.set(None);
-        stands_for_good(&mut car, &line, Conduct::Refused);
+        stands_for_good(&mut car, &line, Conduct::Lost);
     }
 }
 
@@ -188,7 +196,21 @@ fn a_car_that_moved_and_was_told_late_is_lost_and_stands_for_good() {
     steer(&mut car, LOOK_AROUND + 3, false, Confidence::FULL);
     car.drive_late();
     assert_eq!(line.take(), STANDS);
-    stands_for_good(&mut car, &line, Conduct::Late);
+    assert_eq!(car.report().conduct, Conduct::Lost);
+    stands_for_good(&mut car, &line, Conduct::Lost);
+}
+
+#[test]
+fn a_car_that_started_by_itself_stands_until_it_is_started_by_hand() {
+    let line = Line::default();
+    let mut car = started(&line, Start::ByItself);
+    for round in 0..LOOK_AROUND + 9 {
+        steer(&mut car, round, false, Confidence::FULL);
+        car.drive();
+        assert_eq!(line.take(), STANDS, "round {round}");
+        assert_eq!(car.report().conduct, Conduct::Restarted);
+    }
+    assert_eq!(car.looks_from(), POSE);
 }
 
 #[test]
