@@ -1,6 +1,7 @@
 //! The car's control level: first it looks around, then it drives to its goal.
 //!
-//! In the first [`LOOK_AROUND`] rounds it stands, until every head has swept once. From then on each round
+//! First it stands until every head has swept once: for [`LOOK_AROUND`] rounds in which at most one head was
+//! silent, so that what two of them did not see is looked at for as long again. From then on each round
 //! decides once, by \[004\] on the car's own map ([`Controller`]), and gives the motors what was decided at a
 //! fixed time of the round. Nothing measures how far the wheels turn: the pose is reckoned from what the
 //! motors were told ([`Odometer`]).
@@ -33,7 +34,8 @@ use certainty_core::control::{ControlRules, Controller, Side, Wheels};
 use certainty_core::fusion::{CertaintyGrid, Environment};
 use certainty_core::units::Pose;
 
-/// In so many rounds the car stands and looks around: those of one sweep.
+/// In so many rounds the car stands and looks around: those of one sweep; rounds in which two heads are silent do not
+/// count.
 pub const LOOK_AROUND: u32 = SWEEP.directions() as u32;
 
 /// Where the car is, what its motors were told, and what it decided to tell them next.
@@ -48,6 +50,8 @@ pub(super) struct Drive<B: Board> {
     looks_from: Pose,
     /// What was decided in this round, until the motors are told.
     decided: Option<(Wheels, Conduct)>,
+    /// Rounds in which at most one head was silent, until there are enough.
+    looked: u32,
     /// A slot of this round was skipped.
     faltered: bool,
     /// Why the car does not know where it is: it stands until it is started by hand.
@@ -66,6 +70,7 @@ impl<B: Board> Drive<B> {
             thrust: Thrust::NONE,
             looks_from: POSE,
             decided: None,
+            looked: 0,
             faltered: false,
             lost: match start {
                 Start::ByHand => None,
@@ -97,7 +102,13 @@ impl<B: Board> Drive<B> {
         silent: &[bool; HEADS as usize],
         rangers: &[Eye<'_>; RANGERS as usize],
     ) {
-        if due.round < LOOK_AROUND {
+        if self.looked < LOOK_AROUND {
+            let gone = silent
+                .iter()
+                .fold(0_u8, |gone, &head| gone.saturating_add(head.into()));
+            if gone <= 1 {
+                self.looked = self.looked.saturating_add(1);
+            }
             self.decided = Some((Wheels::STOPPED, Conduct::Looking));
             return;
         }
@@ -126,7 +137,8 @@ impl<B: Board> Drive<B> {
 
     /// Tells the motors what was decided, or to stand.
     ///
-    /// A motor that refuses to be told otherwise goes on as it did: unless it stood, the car is lost.
+    /// A motor that refuses to be told otherwise goes on as it did, and one that was told to turn before the other
+    /// refused may not hear that it shall stand: unless both stood and were to stand, the car is lost.
     pub(super) fn drive(&mut self) {
         self.began = self.began.after(self.thrust, ROUND_FRAMES);
         let faltered = core::mem::take(&mut self.faltered);
@@ -138,7 +150,7 @@ impl<B: Board> Drive<B> {
         self.thrust = match self.motors.drive(wheels) {
             Ok(thrust) => thrust,
             Err(_) => {
-                if self.thrust != Thrust::NONE {
+                if self.thrust != Thrust::NONE || wheels != Wheels::STOPPED {
                     self.lost = Some(Conduct::Lost);
                 }
                 (wheels, conduct) = (Wheels::STOPPED, Conduct::Refused);

@@ -59,12 +59,22 @@ fn started(line: &Line, start: Start) -> Drive<RemoteBoard<'_, Line>> {
 
 const STANDS: [(u8, u16); 2] = [(0, 1_500), (1, 1_500)];
 
-/// Steers in `round`, on an empty map of sensors with this confidence.
+/// Steers in `round`, on an empty map of sensors with this confidence, all of them silent or none.
 fn steer(car: &mut Drive<RemoteBoard<'_, Line>>, round: u32, silent: bool, confidence: Confidence) {
+    steer_with(car, round, [silent; 3], confidence);
+}
+
+/// The same with these heads silent; the rangers are if all are.
+fn steer_with(
+    car: &mut Drive<RemoteBoard<'_, Line>>,
+    round: u32,
+    silent: [bool; 3],
+    confidence: Confidence,
+) {
     let grid = BayesGrid::try_new(SmartCarShape, Strength::UNLIMITED, [0; CELLS]).unwrap();
     let health = [Health::new(confidence); SENSORS as usize];
     let at = Ticks::new(round * 800 + 721);
-    let reading = if silent {
+    let reading = if silent == [true; 3] {
         Reading::Missing(Missing::Timeout)
     } else {
         Reading::NoObject
@@ -80,13 +90,13 @@ fn steer(car: &mut Drive<RemoteBoard<'_, Line>>, round: u32, silent: bool, confi
         at,
     };
     let map = Environment::new(&grid, &health);
-    car.steer(due, &map, &[silent; 3], &[eye, eye]);
+    car.steer(due, &map, &silent, &[eye, eye]);
 }
 
 /// A car that has looked around and goes; all it was told is forgotten.
 fn going(line: &Line) -> Drive<RemoteBoard<'_, Line>> {
     let mut car = car(line);
-    for round in LOOK_AROUND..LOOK_AROUND + 3 {
+    for round in 0..LOOK_AROUND + 3 {
         steer(&mut car, round, false, Confidence::FULL);
         car.drive();
     }
@@ -107,6 +117,25 @@ fn it_stands_and_looks_around_for_a_sweep() {
         assert_eq!(car.report().conduct, Conduct::Looking);
     }
     assert_eq!(car.looks_from(), POSE);
+}
+
+/// What two heads missed in the first sweep is not free.
+#[test]
+fn a_round_in_which_two_heads_are_silent_is_no_look_around() {
+    let line = Line::default();
+    let mut car = car(&line);
+    let one = [false, true, false];
+    let two = [true, true, false];
+    for (rounds, silent) in [(0..20, one), (20..50, two), (50..67, one)] {
+        for round in rounds {
+            steer_with(&mut car, round, silent, Confidence::FULL);
+            car.drive();
+            assert_eq!(car.report().conduct, Conduct::Looking, "round {round}");
+        }
+    }
+    steer(&mut car, 67, false, Confidence::FULL);
+    car.drive();
+    assert_eq!(car.report().conduct, Conduct::Going);
 }
 
 #[test]
@@ -178,6 +207,44 @@ fn a_motor_that_refuses_makes_the_other_stand() {
     }
 }
 
+/// The other motor was told to turn before, and may not have heard that it shall not.
+#[test]
+fn a_motor_that_refuses_when_the_car_begins_to_move_makes_it_lost() {
+    for deaf in [0, 1] {
+        let line = Line::default();
+        let mut car = going(&line);
+        car.drive();
+        steer(&mut car, LOOK_AROUND + 4, false, Confidence::FULL);
+        car.drive();
+        assert_eq!(car.thrust, Thrust::NONE);
+        line.deaf.set(Some(deaf));
+        steer(&mut car, LOOK_AROUND + 5, false, Confidence::FULL);
+        car.drive();
+        assert_eq!(car.report().conduct, Conduct::Refused);
+        line.deaf.set(None);
+        stands_for_good(&mut car, &line, Conduct::Lost);
+    }
+}
+
+#[test]
+fn a_motor_that_refuses_to_stand_while_it_stands_costs_nothing_but_time() {
+    let line = Line::default();
+    let mut car = car(&line);
+    line.deaf.set(Some(1));
+    for round in 0..20 {
+        steer(&mut car, round, false, Confidence::FULL);
+        car.drive();
+        assert_eq!(car.report().conduct, Conduct::Refused);
+    }
+    line.deaf.set(None);
+    for round in 20..LOOK_AROUND + 3 {
+        steer(&mut car, round, false, Confidence::FULL);
+        car.drive();
+    }
+    assert_eq!(car.report().conduct, Conduct::Going);
+    assert_ne!(car.thrust, Thrust::NONE);
+}
+
 /// Steers a few rounds more and sees it stand, for this reason.
 fn stands_for_good(car: &mut Drive<RemoteBoard<'_, Line>>, line: &Line, why: Conduct) {
     for round in LOOK_AROUND + 5..LOOK_AROUND + 9 {
@@ -220,7 +287,7 @@ fn a_car_that_stood_and_was_told_late_goes_on() {
     steer(&mut car, 3, false, Confidence::FULL);
     car.drive_late();
     assert_eq!(car.report().conduct, Conduct::Late);
-    for round in LOOK_AROUND..LOOK_AROUND + 3 {
+    for round in 4..LOOK_AROUND + 6 {
         steer(&mut car, round, false, Confidence::FULL);
         car.drive();
     }
