@@ -218,8 +218,10 @@ fn it_never_touches_a_wall_across_its_way() {
     }
 }
 
-/// A wall ahead and one behind it drive it back over the lower edge of its grid, beyond which its map has nothing: with sound
-/// sensors it went on until it touched the wall behind.
+/// Between a wall ahead and one behind it backs over the lower edge of its grid, beyond which its map has nothing.
+///
+/// It took the nothing for room and went on: with sound sensors for ever, and with both rangers mute into a wall with each
+/// of these seeds.
 #[test]
 fn outside_its_grid_it_is_blind_and_touches_nothing() {
     let folder = tempfile::tempdir().unwrap();
@@ -228,12 +230,14 @@ fn outside_its_grid_it_is_blind_and_touches_nothing() {
                  [[box]]\ncenter = [\"0mm\", \"350mm\"]\nsize = [\"3m\", \"100mm\"]\n\
                  [[box]]\ncenter = [\"0mm\", \"-400mm\"]\nsize = [\"3m\", \"100mm\"]\n";
     std::fs::write(&file, walls).unwrap();
-    for seed in 1..=4 {
-        let arguments = format!("--seed {seed} --world {}", file.display());
-        let drive = &on("native", 150, &arguments).unwrap()["drive"];
-        assert_eq!(drive["collisions"], 0, "{seed}: {drive}");
-        assert_eq!(drive["conduct"], "blind", "{seed}: {drive}");
-        assert_ne!(drive["rounds_moved"], 0, "{seed}: {drive}");
+    for faults in ["", "--fault mute:4 --fault mute:5"] {
+        for seed in [2, 5, 6, 7] {
+            let arguments = format!("--seed {seed} --world {} {faults}", file.display());
+            let drive = &on("native", 150, &arguments).unwrap()["drive"];
+            assert_eq!(drive["collisions"], 0, "{arguments}: {drive}");
+            assert_eq!(drive["conduct"], "blind", "{arguments}: {drive}");
+            assert_ne!(drive["rounds_moved"], 0, "{arguments}: {drive}");
+        }
     }
 }
 
@@ -340,6 +344,37 @@ fn a_ranger_that_does_not_answer_fails_alone_and_comes_back() {
         assert_eq!(healed["grid_hash"], sound["grid_hash"], "{backend}");
         assert_eq!(healed["overruns"], 0);
     }
+}
+
+/// Whichever motor refuses, and even if it hears again: nobody knows how far it went by the pulse before.
+#[test]
+fn a_motor_that_refuses_while_it_moves_makes_the_car_stand_for_good() {
+    for motor in ["right", "left"] {
+        for (window, conduct) in [("40", "motor refused"), ("40..42", "lost")] {
+            for backend in ["native", "qemu"] {
+                let faults = format!("--fault motor-off:{motor}@{window}");
+                let Some(document) = on(backend, 46, &faults) else {
+                    continue;
+                };
+                let drive = &document["drive"];
+                assert_eq!(drive["conduct"], conduct, "{backend} {faults}");
+                // It reckons to stand, and does not drive on by that reckoning.
+                assert_eq!(document["overruns"], 0);
+                let earlier = on(backend, 44, &faults).unwrap();
+                assert_eq!(drive["believed"], earlier["drive"]["believed"], "{faults}");
+            }
+        }
+    }
+}
+
+/// One that refuses from the start makes no other wheel turn, and one that hears again in time drives.
+#[test]
+fn a_motor_that_refuses_while_the_car_stands_costs_nothing_but_time() {
+    let off = on("native", ARRIVED, "--fault motor-off:left").unwrap();
+    assert_eq!(off["drive"]["conduct"], "motor refused");
+    assert_eq!(off["drive"]["rounds_moved"], 0);
+    let back = on("native", ARRIVED, "--fault motor-off:left@0..20").unwrap();
+    assert_eq!(back["drive"]["reached"], true, "{}", back["drive"]);
 }
 
 /// DESIGN.md: 4 KB of RAM with the stack, 32 KB of flash.
