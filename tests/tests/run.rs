@@ -144,10 +144,9 @@ fn every_backend_drives_the_same_way() {
         ("--fault unplugged:1@39..45", &["board"]),
         (
             "--fault motor-dead:left@41 --fault slip:right=20%",
-            &["qemu", "board"],
+            &["board"],
         ),
         ("--fault motor-weak:right=90%@30s..32s", &["board"]),
-        ("--fault motor-off:left@40", &["qemu"]),
     ] {
         let native = outcome(on("native", DRIVING, faults).unwrap());
         assert_ne!(native["drive"]["rounds_moved"], 0, "{faults}");
@@ -351,19 +350,27 @@ fn a_ranger_that_does_not_answer_fails_alone_and_comes_back() {
 fn a_motor_that_refuses_while_it_moves_makes_the_car_stand_for_good() {
     for motor in ["right", "left"] {
         for (window, conduct) in [("40", "motor refused"), ("40..42", "lost")] {
-            for backend in ["native", "qemu"] {
-                let faults = format!("--fault motor-off:{motor}@{window}");
-                let Some(document) = on(backend, 46, &faults) else {
-                    continue;
-                };
-                let drive = &document["drive"];
-                assert_eq!(drive["conduct"], conduct, "{backend} {faults}");
-                // It reckons to stand, and does not drive on by that reckoning.
-                assert_eq!(document["overruns"], 0);
-                let earlier = on(backend, 44, &faults).unwrap();
-                assert_eq!(drive["believed"], earlier["drive"]["believed"], "{faults}");
+            let faults = format!("--fault motor-off:{motor}@{window}");
+            let drive = &on("native", ARRIVED, &faults).unwrap()["drive"];
+            assert_eq!(drive["conduct"], conduct, "{faults}");
+            assert_ne!(drive["rounds_moved"], 0, "{faults}");
+            // It does not drive on by its reckoning, which says that it stands.
+            let earlier = &on("native", 44, &faults).unwrap()["drive"];
+            assert_eq!(drive["believed"], earlier["believed"], "{faults}");
+            if conduct == "lost" {
+                assert_eq!(drive["truly"], earlier["truly"], "{faults}");
             }
         }
+    }
+}
+
+#[test]
+fn a_motor_that_cannot_be_set_is_told_on_the_microcontroller_too() {
+    let fault = "--fault motor-off:left@3";
+    let native = outcome(on("native", SHORT, fault).unwrap());
+    assert_eq!(native["drive"]["conduct"], "motor refused");
+    if let Some(qemu) = on("qemu", SHORT, fault) {
+        assert_eq!(outcome(qemu), native);
     }
 }
 
