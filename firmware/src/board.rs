@@ -70,6 +70,16 @@ pub struct MotorWires<B: Board> {
     pub left: B::Motor,
 }
 
+/// Who started the application: whether anybody knows where the car is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Start {
+    /// Somebody, by the supply or the reset pin.
+    ByHand,
+    /// Nobody: the watchdog, or the program itself.
+    ByItself,
+}
+
 /// Everything that the application needs of a board.
 #[expect(
     missing_debug_implementations,
@@ -88,6 +98,8 @@ pub struct Wiring<B: Board, const HEADS: usize, const RANGERS: usize> {
     pub stopwatch: B::Stopwatch,
     /// Where reports go.
     pub outbox: B::Outbox,
+    /// Who started it.
+    pub start: Start,
 }
 
 /// The schedule's clock, as the main loop sees it.

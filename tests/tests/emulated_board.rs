@@ -1,13 +1,16 @@
 //! The image that is flashed, pin by pin on the emulated board.
 
+use certainty_core::control::Wheels;
 use certainty_firmware::remote::{Channel, Line};
-use certainty_sim::backend::Image;
-use certainty_sim::backend::board::{BoardError, EmulatedBoard};
+use certainty_firmware::smart_car::MOTOR;
+use certainty_firmware::telemetry::{Conduct, Drive};
+use certainty_sim::backend::board::{BoardError, EmulatedBoard, ResetCause};
+use certainty_sim::backend::{Image, Received};
 use certainty_sim::bench::{Bench, BenchSetup, Wires};
 use certainty_sim::experiment::Crew;
 use certainty_sim::world::World;
 use certainty_tests::firmware;
-use object::{Object, ObjectSegment};
+use object::{Object, ObjectSection, ObjectSegment, ObjectSymbol};
 use std::fs;
 use std::sync::Arc;
 
@@ -59,6 +62,20 @@ fn board() -> Option<EmulatedBoard<Watched>> {
 fn run(board: &mut EmulatedBoard<Watched>, rounds: u64) {
     let done = board.run_until(rounds * ROUND_MS, |_| false);
     assert_eq!(done, Ok(false));
+}
+
+/// How the board said to drive, a round after the other.
+fn drives(board: &mut EmulatedBoard<Watched>) -> Vec<Drive> {
+    let mut received = Received::default();
+    received.take(&board.take_serial());
+    received.drives().to_vec()
+}
+
+/// The widths that the motors were given, and when.
+fn motor_pulses(board: &mut EmulatedBoard<Watched>) -> Vec<(Channel, u32, u64)> {
+    let mut pulses = board.with_wires(|wires| wires.pulses.clone());
+    pulses.retain(|(channel, ..)| matches!(channel, Channel::Motor(_)));
+    pulses
 }
 
 /// The times from each of these edges to the next, in µs.
@@ -149,12 +166,8 @@ fn the_servos_get_whole_pulses_within_their_limits_from_the_first_move_on() {
 fn the_motors_are_told_at_the_same_time_of_every_round() {
     let Some(mut board) = board() else { return };
     run(&mut board, 44);
-    let pulses = board.with_wires(|wires| wires.pulses.clone());
-    let first_servo = pulses[0].2;
-    let motors = pulses
-        .iter()
-        .filter(|one| matches!(one.0, Channel::Motor(_)));
-    let motors: Vec<_> = motors.copied().collect();
+    let first_servo = board.with_wires(|wires| wires.pulses[0].2);
+    let motors = motor_pulses(&mut board);
     // Only changes are told: first both stand, for 37 rounds.
     assert!(motors[..2].iter().all(|one| one.1 == 1_500), "{motors:?}");
     assert!(motors.len() > 6, "{motors:?}");
@@ -166,6 +179,117 @@ fn the_motors_are_told_at_the_same_time_of_every_round() {
         assert!(late < 20_000, "{motor:?} {late} ns");
     }
     assert!((motors[2].2 - first_servo) / (ROUND_MS * MILLISECOND) >= 37);
+}
+
+/// What a watcher reads is what the wheels are told: round for round, to the microsecond.
+#[test]
+fn the_motors_pulses_are_those_that_the_telemetry_says() {
+    let Some(mut board) = board() else { return };
+    run(&mut board, 60);
+    let first_servo = board.with_wires(|wires| wires.pulses[0].2);
+    let pulses = motor_pulses(&mut board);
+    let drives = drives(&mut board);
+    assert!(drives.len() >= 59, "{}", drives.len());
+    let stand = i32::from(MOTOR.config().stand_us);
+    let mut moved = 0;
+    for (round, drive) in (0..).zip(&drives) {
+        // The frame after the one in which they are told, to the half of it.
+        let by = first_servo + (round * ROUND_MS + 790) * MILLISECOND;
+        let Wheels { right, left } = drive.wheels;
+        for (motor, told) in [(0, right), (1, left)] {
+            let mut given = pulses.iter().rev();
+            let last = given.find(|one| one.0 == Channel::Motor(motor) && one.2 < by);
+            let expected = stand + i32::from(MOTOR.thrust_us(told));
+            let given = last.map(|one| one.1.cast_signed());
+            assert_eq!(given, Some(expected), "round {round}: {drive:?}");
+            moved += u32::from(expected != stand);
+        }
+    }
+    assert!(moved > 20, "{moved}");
+}
+
+/// 51 ms of 8,000 cycles: an eighth is left for what `rsemu` counts otherwise than silicon.
+#[test]
+fn deciding_takes_at_most_360_000_of_the_408_000_cycles_of_its_slot() {
+    let Some(mut board) = board() else { return };
+    let mut most = 0;
+    for _ in 0..80 {
+        // The boot takes less than a millisecond, so that the slots begin soon after whole ones.
+        assert_eq!(board.run_until(721, |_| false), Ok(false));
+        let before = board.cycles_awake();
+        assert_eq!(board.run_until(51, |_| false), Ok(false));
+        most = most.max(board.cycles_awake() - before);
+        assert_eq!(board.run_until(28, |_| false), Ok(false));
+    }
+    assert!((100_000..=360_000).contains(&most), "{most} cycles");
+    assert_eq!(
+        drives(&mut board).last().map(|drive| drive.conduct),
+        Some(Conduct::Arrived)
+    );
+}
+
+/// Nobody took the car back to where it starts: so it does not drive on from where it is.
+#[test]
+fn after_a_reset_that_nobody_did_by_hand_it_stands_and_says_so() {
+    let rounds = 42;
+    for (cause, drove) in [
+        (ResetCause::PowerOn, true),
+        (ResetCause::Pin, true),
+        (ResetCause::Watchdog, false),
+        (ResetCause::WindowWatchdog, false),
+        (ResetCause::Software, false),
+        (ResetCause::LowPower, false),
+    ] {
+        let Some(board) = board() else { return };
+        let mut board = board.after(cause);
+        run(&mut board, rounds);
+        let pulses = motor_pulses(&mut board);
+        let moved = pulses.iter().any(|one| one.1 != 1_500);
+        assert_eq!(moved, drove, "{cause:?}: {pulses:?}");
+        assert!(pulses.len() >= 2, "{cause:?}: both are told to stand");
+        let mut received = Received::default();
+        received.take(&board.take_serial());
+        let restarted = |drive: &Drive| drive.conduct == Conduct::Restarted;
+        let drives = received.drives();
+        assert_eq!(drives.iter().all(restarted), !drove, "{cause:?}");
+        assert_eq!(drives.iter().any(restarted), !drove, "{cause:?}");
+        // It goes on looking and reporting.
+        assert!(received.map().is_some(), "{cause:?}");
+        assert_eq!(received.statistics().overruns, 0);
+        assert_eq!(board.unmodelled(), []);
+    }
+}
+
+/// The shipped image with this instruction in place of the first of `main`.
+fn broken(instruction: u16) -> Option<Vec<u8>> {
+    let mut image = fs::read(firmware::image("smart_car")?).unwrap();
+    let at = {
+        let file = object::File::parse(&*image).unwrap();
+        let main = file.symbols().find(|symbol| symbol.name() == Ok("main"));
+        // Thumb code has odd addresses.
+        let main = main.unwrap().address() & !1;
+        let text = file.section_by_name(".text").unwrap();
+        let (offset, _) = text.file_range().unwrap();
+        usize::try_from(offset + main - text.address()).unwrap()
+    };
+    image[at..at + 2].copy_from_slice(&instruction.to_le_bytes());
+    Some(image)
+}
+
+/// A reset ends the pulses at once, and the start after it is one that nobody did by hand.
+#[test]
+fn a_fault_or_an_unknown_exception_resets_at_once() {
+    let undefined = 0xDE00;
+    let call_of_a_supervisor = 0xDF00;
+    for instruction in [undefined, call_of_a_supervisor] {
+        let Some(image) = broken(instruction) else {
+            return;
+        };
+        let mut board = EmulatedBoard::new(&image, NoWires).unwrap();
+        let ended = board.run_until(ROUND_MS, |_| false);
+        let soon = matches!(ended, Err(BoardError::Reset { at_ns }) if at_ns < 5 * MILLISECOND);
+        assert!(soon, "{instruction:x}: {ended:?}");
+    }
 }
 
 #[test]

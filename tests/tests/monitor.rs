@@ -446,11 +446,35 @@ fn how_the_robot_drives_is_told_in_words_and_in_json() {
     assert_eq!(document["pose"]["x_mm"], POSE.at.x_mm());
 }
 
+/// Who reads that it is late waits; who reads these goes and starts it.
+#[test]
+fn that_it_stands_until_it_is_started_by_hand_is_told() {
+    for (conduct, words) in [
+        (Conduct::Lost, "lost: start it by hand"),
+        (Conduct::Restarted, "restarted: start it by hand"),
+        (Conduct::Late, "late"),
+    ] {
+        let report = Report::Drive(Drive {
+            pose: POSE,
+            wheels: Wheels::STOPPED,
+            conduct,
+            to_goal: Millimeters::new(762),
+        });
+        let mut frame = [0; FRAME];
+        let bytes = Encoder::new().encode(&report, &mut frame).unwrap().to_vec();
+        let told = monitored(bytes.clone(), "--plain").stdout;
+        let words = format!("0.00 left, {words}, 762mm to the goal");
+        assert!(told.contains(&words), "{told}");
+        let document = monitored(bytes, "--json").json();
+        assert_eq!(document["drive"]["conduct"], conduct.to_string());
+    }
+}
+
 /// By hand: version 1, sequence 0, variant 6, four zeros, and their CRC-32 by zlib, 0xB45B216A.
 #[test]
 fn another_version_of_the_format_is_told() {
     let frame = [2, 1, 2, 6, 1, 1, 1, 5, 0x6A, 0x21, 0x5B, 0xB4, 0];
-    let words = ["input: telemetry in version 1", "this program reads 2"];
+    let words = ["input: telemetry in version 1", "this program reads 3"];
     assert_refused(&frame, "input", &words);
     let (bytes, _) = capture(1);
     let document = monitored([&frame[..], &bytes].concat(), "--json").json();

@@ -142,6 +142,11 @@ fn every_backend_drives_the_same_way() {
         ("", &["qemu", "board"][..]),
         ("--fault stuck-far:2 --seed 7", &["board"]),
         ("--fault unplugged:1@39..45", &["board"]),
+        (
+            "--fault motor-dead:left@41 --fault slip:right=20%",
+            &["board"],
+        ),
+        ("--fault motor-weak:right=90%@30s..32s", &["board"]),
     ] {
         let native = outcome(on("native", DRIVING, faults).unwrap());
         assert_ne!(native["drive"]["rounds_moved"], 0, "{faults}");
@@ -208,6 +213,29 @@ fn it_never_touches_a_wall_across_its_way() {
             assert_eq!(drive["collisions"], 0, "{y}: {drive}");
             assert_eq!(drive["reached"], false, "{y}: {drive}");
             assert_ne!(drive["rounds_moved"], 0, "{y}: {drive}");
+        }
+    }
+}
+
+/// Between a wall ahead and one behind it backs over the lower edge of its grid, beyond which its map has nothing.
+///
+/// It took the nothing for room and went on: with sound sensors for ever, and with both rangers mute into a wall with each
+/// of these seeds.
+#[test]
+fn outside_its_grid_it_is_blind_and_touches_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("walls.toml");
+    let walls = "name = \"wall ahead, wall behind\"\n\
+                 [[box]]\ncenter = [\"0mm\", \"350mm\"]\nsize = [\"3m\", \"100mm\"]\n\
+                 [[box]]\ncenter = [\"0mm\", \"-400mm\"]\nsize = [\"3m\", \"100mm\"]\n";
+    std::fs::write(&file, walls).unwrap();
+    for faults in ["", "--fault mute:4 --fault mute:5"] {
+        for seed in [2, 5, 6, 7] {
+            let arguments = format!("--seed {seed} --world {} {faults}", file.display());
+            let drive = &on("native", 150, &arguments).unwrap()["drive"];
+            assert_eq!(drive["collisions"], 0, "{arguments}: {drive}");
+            assert_eq!(drive["conduct"], "blind", "{arguments}: {drive}");
+            assert_ne!(drive["rounds_moved"], 0, "{arguments}: {drive}");
         }
     }
 }
@@ -317,6 +345,45 @@ fn a_ranger_that_does_not_answer_fails_alone_and_comes_back() {
     }
 }
 
+/// Whichever motor refuses, and even if it hears again: nobody knows how far it went by the pulse before.
+#[test]
+fn a_motor_that_refuses_while_it_moves_makes_the_car_stand_for_good() {
+    for motor in ["right", "left"] {
+        for (window, conduct) in [("40", "motor refused"), ("40..42", "lost")] {
+            let faults = format!("--fault motor-off:{motor}@{window}");
+            let drive = &on("native", ARRIVED, &faults).unwrap()["drive"];
+            assert_eq!(drive["conduct"], conduct, "{faults}");
+            assert_ne!(drive["rounds_moved"], 0, "{faults}");
+            // It does not drive on by its reckoning, which says that it stands.
+            let earlier = &on("native", 44, &faults).unwrap()["drive"];
+            assert_eq!(drive["believed"], earlier["believed"], "{faults}");
+            if conduct == "lost" {
+                assert_eq!(drive["truly"], earlier["truly"], "{faults}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_motor_that_cannot_be_set_is_told_on_the_microcontroller_too() {
+    let fault = "--fault motor-off:left@3";
+    let native = outcome(on("native", SHORT, fault).unwrap());
+    assert_eq!(native["drive"]["conduct"], "motor refused");
+    if let Some(qemu) = on("qemu", SHORT, fault) {
+        assert_eq!(outcome(qemu), native);
+    }
+}
+
+/// One that refuses from the start makes no other wheel turn, and one that hears again in time drives.
+#[test]
+fn a_motor_that_refuses_while_the_car_stands_costs_nothing_but_time() {
+    let off = on("native", ARRIVED, "--fault motor-off:left").unwrap();
+    assert_eq!(off["drive"]["conduct"], "motor refused");
+    assert_eq!(off["drive"]["rounds_moved"], 0);
+    let back = on("native", ARRIVED, "--fault motor-off:left@0..20").unwrap();
+    assert_eq!(back["drive"]["reached"], true, "{}", back["drive"]);
+}
+
 /// DESIGN.md: 4 KB of RAM with the stack, 32 KB of flash.
 #[test]
 fn the_shipped_image_keeps_its_budgets() {
@@ -357,6 +424,13 @@ fn bad_input_is_one_line_and_exit_code_2() {
         ("run --on board --image text", "cargo firmware"),
         ("run --on board --image .", "cargo firmware"),
         ("run --on board --fault servo-off:1", "servo-off"),
+        ("run --on board --fault motor-off:left", "motor-off"),
+        ("run --fault motor-dead:middle", "right or left"),
+        ("run --fault motor-dead", "names no sensor"),
+        ("run --fault motor-off:left=3", "takes no value"),
+        ("run --fault motor-weak:left=fast", "motor-weak:left=95%"),
+        ("run --fault slip:right=120%", "slip:right=20%"),
+        ("run --fault slip:right@9..3", "is empty"),
         ("run --world missing.toml", "missing.toml"),
         ("run --rounds 1 --out text", "text"),
     ] {

@@ -119,7 +119,7 @@ impl<B: Board> SmartCar<B> {
                 health: Health::default(),
             }),
             mapper,
-            drive: Drive::new(wiring.motors),
+            drive: Drive::new(wiring.motors, wiring.start),
             delay: wiring.delay,
             stopwatch: wiring.stopwatch,
             reporter: reporter.map_err(|_| Misfit)?,

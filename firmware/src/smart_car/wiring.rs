@@ -1,7 +1,7 @@
 //! The car's wiring where every connection is at the far end of a link.
 
 use super::{HEADS, RANGERS};
-use crate::board::{HeadWires, MotorWires, RangerWires, Wiring};
+use crate::board::{HeadWires, MotorWires, RangerWires, Start, Wiring};
 use crate::remote::{
     Channel, Line, Link, RemoteBoard, RemoteOutbox, RemotePin, RemotePwm, RemoteTime,
 };
@@ -29,5 +29,6 @@ pub fn remote_wiring<L: Link>(
         delay: RemoteTime::new(link),
         stopwatch: RemoteTime::new(link),
         outbox: RemoteOutbox::new(link),
+        start: Start::ByHand,
     }
 }

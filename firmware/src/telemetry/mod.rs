@@ -45,7 +45,7 @@ pub use report::{
 pub use reporter::{Outbox, Reporter};
 
 /// The version of the wire format, the first byte of every frame.
-pub const VERSION: u8 = 2;
+pub const VERSION: u8 = 3;
 
 /// The longest frame, its end included, in bytes.
 ///

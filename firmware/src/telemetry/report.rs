@@ -213,11 +213,14 @@ pub enum Conduct {
     Blind,
     /// [`Caution::NoWay`]: it turns on the spot.
     NoWay,
-    /// A slot of the round was skipped, or nothing was decided in it: it stands. If its motors were told
-    /// late while it moved, for good.
+    /// A slot of the round was skipped, or nothing was decided in it: it stands for this round.
     Late,
-    /// A motor cannot be told what to do: it stands, as far as it can be told. If it moved, for good.
+    /// A motor cannot be told what to do: it stands, as far as it can be told.
     Refused,
+    /// It moved and cannot know how far: it stands until it is started by hand.
+    Lost,
+    /// Nobody started it but itself, so that it knows no place: it stands until it is started by hand.
+    Restarted,
 }
 
 impl From<Caution> for Conduct {
@@ -243,6 +246,8 @@ impl fmt::Display for Conduct {
             Self::NoWay => "no way",
             Self::Late => "late",
             Self::Refused => "motor refused",
+            Self::Lost => "lost",
+            Self::Restarted => "restarted",
         })
     }
 }

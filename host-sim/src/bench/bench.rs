@@ -24,7 +24,7 @@ pub struct BenchSetup {
     pub world: Arc<World>,
     /// The errors of its infrared sensors; those beyond the car's heads have no place.
     pub crew: Crew,
-    /// What is wrong with sensors and wires.
+    /// What is wrong with sensors, wires and motors.
     pub faults: Vec<BenchFault>,
     /// Names the run: the same seed gives the same bytes.
     pub seed: u64,
@@ -93,8 +93,14 @@ impl Bench {
         let names = [""; STATIONS];
         let mut sensor_faults: Vec<FaultSpec> = Vec::new();
         let mut wires = vec![Vec::new(); STATIONS];
+        let mut motors = Vec::new();
         for fault in &setup.faults {
             match fault {
+                BenchFault::Motor {
+                    motor,
+                    fault,
+                    window,
+                } => motors.push((*motor, *fault, *window)),
                 BenchFault::Sensor(spec) => {
                     check_sensor_fault(spec, fault, &names)?;
                     sensor_faults.push(spec.clone());
@@ -140,7 +146,7 @@ impl Bench {
             heads,
             rangers: rangers.collect(),
             world: Arc::clone(&setup.world),
-            car: MovingCar::new(),
+            car: MovingCar::with_faults(motors, setup.seed),
             epoch_ns: None,
         })
     }
@@ -219,9 +225,10 @@ impl Bench {
         let servo = match channel {
             Channel::Servo(servo) => servo,
             Channel::Motor(motor) => {
-                self.pass_until(now_ns);
-                let known = self.car.set_pulse(motor, pulse_us);
-                return if known { Ok(()) } else { Err(Broken) };
+                let Instant { at, round } = self.pass_until(now_ns);
+                let hears =
+                    !self.car.is_off(motor, round, at) && self.car.set_pulse(motor, pulse_us);
+                return if hears { Ok(()) } else { Err(Broken) };
             }
         };
         if pulse_us > 0 {

@@ -1,4 +1,4 @@
-//! Faults of a bench: of what a sensor measures, or of the wires between it and the board.
+//! Faults of a bench: of what a sensor measures, of the wires between it and the board, or of a motor.
 //!
 //! Written as [`crate::fault::FaultSpec`] is, with further kinds:
 //!
@@ -13,9 +13,19 @@
 //! | `servo-off` | the board's PWM channel fails; not on the emulated board, whose channels cannot |
 //!
 //! A sensor is read once a round, so that a window in readings is one in rounds here.
+//!
+//! In place of a sensor some are of a motor, `right` or `left`:
+//!
+//! | kind | value | default | meaning |
+//! |---|---|---|---|
+//! | `motor-dead` | – | – | it does not turn |
+//! | `motor-weak` | a percentage of its speed | `95%` | it turns slower, by as much at any speed |
+//! | `slip` | a percentage of its way | `20%` | its wheel loses up to so much, another part in each frame of 20 ms |
+//! | `motor-off` | – | – | the board's PWM channel fails, and the motor goes on by the last pulse; not on the emulated board |
 
-use super::LineFault;
+use super::{LineFault, MotorFault, motor_fault};
 use crate::fault::{FaultSpec, Parts, SensorName, SpecError, Window};
+use certainty_core::control::Side;
 use core::fmt;
 use core::str::FromStr;
 
@@ -44,6 +54,33 @@ pub enum BenchFault {
         /// When.
         window: Window,
     },
+    /// Of a motor.
+    Motor {
+        /// Which.
+        motor: Side,
+        /// What is wrong.
+        fault: MotorFault,
+        /// When.
+        window: Window,
+    },
+}
+
+impl BenchFault {
+    /// Its kind and the nearest kind that a chip's own channels can have, where it is a channel that refuses.
+    #[must_use]
+    pub const fn refused_channel(&self) -> Option<(&'static str, &'static str)> {
+        match self {
+            Self::Wire {
+                fault: WireFault::ServoOff,
+                ..
+            } => Some(("servo-off", "servo-jammed")),
+            Self::Motor {
+                fault: MotorFault::Off,
+                ..
+            } => Some(("motor-off", "motor-dead")),
+            _ => None,
+        }
+    }
 }
 
 /// Names the noise of a floating line; any would do.
@@ -72,6 +109,13 @@ impl FromStr for BenchFault {
 
     fn from_str(text: &str) -> Result<Self, SpecError> {
         let parts = Parts::split(text)?;
+        if let Some(fault) = MotorFault::parse(parts.kind, parts.value) {
+            return Ok(Self::Motor {
+                motor: motor_fault::motor(&parts.sensor)?,
+                fault: fault?,
+                window: parts.window,
+            });
+        }
         match KINDS.iter().find(|(kind, _)| *kind == parts.kind) {
             None => text.parse().map(Self::Sensor).map_err(|error| match error {
                 SpecError::UnknownKind { kind } => SpecError::UnknownWireKind { kind },
@@ -93,6 +137,14 @@ impl fmt::Display for BenchFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Sensor(spec) => spec.fmt(f),
+            Self::Motor {
+                motor,
+                fault,
+                window,
+            } => {
+                fault.write(f, *motor)?;
+                window.fmt(f)
+            }
             Self::Wire {
                 sensor,
                 fault,
@@ -123,6 +175,10 @@ mod tests {
             "servo-off:3@1..2",
             "stuck-far:2",
             "stuck-near:2=250mm@3..8",
+            "motor-dead:left@42",
+            "motor-weak:left=95%",
+            "slip:right=20%@3..8",
+            "motor-off:right@3000ms..8000ms",
         ] {
             assert_eq!(text.parse::<BenchFault>().unwrap().to_string(), text);
         }
@@ -137,9 +193,27 @@ mod tests {
             ("line-high:1@5..2", "is empty"),
             ("line-hig:1", "line-floating"),
             ("stuck-near:1=5", "stuck-near"),
+            (
+                "motor-dead:middle",
+                "no motor 'middle': write right or left",
+            ),
+            ("motor-dead:1", "no motor '1'"),
+            ("motor-dead:left=3", "write motor-dead:left without '=3'"),
+            ("motor-weak:left=95", "motor-weak:left=95%"),
+            ("slip:right=120%", "slip:right=20%"),
+            ("motor-dea:left", "motor-off"),
         ] {
             let error = text.parse::<BenchFault>().unwrap_err().to_string();
             assert!(error.contains(says), "{error}");
+        }
+    }
+    #[test]
+    fn a_value_that_was_left_out_is_the_default() {
+        for (text, whole) in [
+            ("motor-weak:left", "motor-weak:left=95%"),
+            ("slip:right", "slip:right=20%"),
+        ] {
+            assert_eq!(text.parse::<BenchFault>().unwrap().to_string(), whole);
         }
     }
 }

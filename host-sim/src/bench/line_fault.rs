@@ -43,7 +43,7 @@ impl LineFault {
 }
 
 /// The finalizer of `SplitMix64`: every bit of the input moves about half of the output's.
-const fn scrambled(word: u64) -> u64 {
+pub(super) const fn scrambled(word: u64) -> u64 {
     let word = word.wrapping_add(0x9E37_79B9_7F4A_7C15);
     let word = (word ^ word >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
     let word = (word ^ word >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);

@@ -1,9 +1,11 @@
 //! The car on its wheels: where the motors' pulses take it.
 
-use super::MILLISECOND;
+use super::{MILLISECOND, MotorFault};
+use crate::fault::Window;
 use crate::world::World;
+use certainty_core::control::Side;
 use certainty_core::schedule::Activity;
-use certainty_core::units::{BinaryAngle, Direction, Point, Pose};
+use certainty_core::units::{BinaryAngle, Direction, Point, Pose, Ticks};
 use certainty_firmware::smart_car::{CHASSIS, MOTOR, POSE, SCHEDULE};
 use core::f64::consts::TAU;
 
@@ -13,10 +15,14 @@ const FRAME_NS: u64 = MOTOR.config().period_us as u64 * 1000;
 /// Frames of a round.
 const ROUND_FRAMES: u64 = SCHEDULE.period() as u64 * MILLISECOND / FRAME_NS;
 
+/// Which motor has which number.
+const SIDES: [Side; 2] = [Side::Right, Side::Left];
+
 /// A motor's controller takes no pulse that is off by more than this, in µs, beyond full speed.
 const SLACK_US: u32 = 500;
 
-/// Where the car is as its wheels take it; nothing slips, and a wheel is as fast as it is told at once.
+/// Where the car is as its wheels take it: unless a motor is broken nothing slips, and a wheel is as fast as it is
+/// told at once.
 ///
 /// A motor takes its pulse in the middle of each frame of 20 ms, when it has come, and holds it for a frame;
 /// without a pulse, or with one that cannot be, it stands. The place changes with the frame alone: a look at any
@@ -38,6 +44,9 @@ pub struct MovingCar {
     touching: bool,
     collisions: u32,
     stages: Vec<Stage>,
+    faults: Vec<(Side, MotorFault, Window)>,
+    /// Names the slip.
+    seed: u64,
 }
 
 /// Where the car truly was when its heads looked in a round.
@@ -53,6 +62,12 @@ impl MovingCar {
     /// Creates the car, which stands at the firmware's first pose.
     #[must_use]
     pub fn new() -> Self {
+        Self::with_faults(Vec::new(), 0)
+    }
+
+    /// Creates a car with these faults of its motors; `seed` names how a wheel slips.
+    #[must_use]
+    pub fn with_faults(faults: Vec<(Side, MotorFault, Window)>, seed: u64) -> Self {
         Self {
             pulses: [0; 2],
             ways: [0.0; 2],
@@ -63,6 +78,8 @@ impl MovingCar {
             touching: false,
             collisions: 0,
             stages: Vec::new(),
+            faults,
+            seed,
         }
     }
 
@@ -78,7 +95,8 @@ impl MovingCar {
     pub fn advance(&mut self, world: &World, since_ns: u64) {
         while self.frames * FRAME_NS + FRAME_NS / 2 <= since_ns {
             self.go(world);
-            self.ways = self.pulses.map(way_mm);
+            let [right, left] = self.pulses.map(way_mm);
+            self.ways = [right * self.part(Side::Right), left * self.part(Side::Left)];
             if self.frames % ROUND_FRAMES == look_frame() {
                 self.stages.push(Stage {
                     pose: self.pose(),
@@ -87,6 +105,27 @@ impl MovingCar {
             }
             self.frames += 1;
         }
+    }
+
+    /// Whether the channel of the right motor, 0, or the left one, 1, refuses in this round at this time.
+    pub(super) fn is_off(&self, motor: u8, round: u64, at: Ticks) -> bool {
+        let mut faults = self.faults.iter();
+        faults.any(|(side, fault, window)| {
+            *fault == MotorFault::Off
+                && SIDES.get(usize::from(motor)) == Some(side)
+                && window.contains(round, at)
+        })
+    }
+
+    /// What part of the way that it was told a wheel goes in this frame.
+    fn part(&self, side: Side) -> f64 {
+        let at = Ticks::new((self.frames * FRAME_NS / MILLISECOND) as u32);
+        let round = self.frames / ROUND_FRAMES;
+        let faults = self.faults.iter();
+        faults
+            .filter(|(of, _, window)| *of == side && window.contains(round, at))
+            .map(|(_, fault, _)| fault.part(self.seed, self.frames, side))
+            .product()
     }
 
     /// Returns where it is.

@@ -9,7 +9,7 @@ const KINDS: &str = "stuck-far, stuck-near, noise, output-noise, bias, scale, ra
 
 /// The kinds that a bench has besides.
 const WIRE_KINDS: &str = "line-high, line-low, line-floating, unplugged, cut-short, mute, \
-                          servo-jammed or servo-off";
+                          servo-jammed, servo-off, motor-dead, motor-weak, slip or motor-off";
 
 /// Why a text is no fault; displays as one line with an example.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
@@ -50,11 +50,19 @@ pub enum SpecError {
         /// The sensors there are.
         there_are: String,
     },
+    /// A motor that is not there.
+    #[error("no motor '{motor}': write right or left, for example motor-dead:left")]
+    NoSuchMotor {
+        /// What was written.
+        motor: Excerpt,
+    },
     /// A value for a kind that has none.
-    #[error("{kind} takes no value: write {kind}:2 without '={value}'")]
+    #[error("{kind} takes no value: write {kind}:{of} without '={value}'")]
     NoValue {
         /// The kind.
         kind: &'static str,
+        /// Whom it could be of.
+        of: &'static str,
         /// What was written.
         value: Excerpt,
     },
@@ -104,8 +112,14 @@ pub enum SpecError {
 impl SpecError {
     /// The refusal of a value for a kind that takes none.
     pub(crate) fn no_value(kind: &'static str, value: &str) -> Self {
+        Self::no_value_of(kind, "2", value)
+    }
+
+    /// The same of a kind that is not of a sensor.
+    pub(crate) fn no_value_of(kind: &'static str, of: &'static str, value: &str) -> Self {
         Self::NoValue {
             kind,
+            of,
             value: Excerpt::new(value),
         }
     }

@@ -31,7 +31,9 @@ fn main() -> ! {
     let watchdog = watchdog::Heartbeat::start(chip.IWDG, pins.heartbeat);
     let timers = pulses::Timers::new(chip.TIM3, chip.TIM4);
     let outbox = serial::start(chip.USART1, &mut core.NVIC);
-    let wiring = pins.lines.wire(timers.servos(), timers.motors(), outbox);
+    let wiring = pins
+        .lines
+        .wire(timers.servos(), timers.motors(), outbox, pins.start);
     // By reference, or the stack would hold the car twice.
     let Ok(car) = &mut SmartCar::try_new(wiring) else {
         SCB::sys_reset()
@@ -43,6 +45,19 @@ fn main() -> ! {
     loop {
         executive.step(&clock::DUE, car);
     }
+}
+
+/// Until the watchdog bites the timer would repeat the last pulses, so the microcontroller resets at once; then the
+/// car stands, as it started by itself.
+#[cortex_m_rt::exception]
+unsafe fn HardFault(_: &cortex_m_rt::ExceptionFrame) -> ! {
+    SCB::sys_reset()
+}
+
+/// An exception that nothing here is for, as a fault.
+#[cortex_m_rt::exception]
+unsafe fn DefaultHandler(_: i16) -> ! {
+    SCB::sys_reset()
 }
 
 /// Nothing here panics, and the linked image is searched for what would.

@@ -5,7 +5,7 @@ use crate::clock::Time;
 use crate::pulses::Pulses;
 use crate::serial::SerialOutbox;
 use crate::watchdog::Light;
-use certainty_firmware::board::{Board, HeadWires, MotorWires, RangerWires, Wiring};
+use certainty_firmware::board::{Board, HeadWires, MotorWires, RangerWires, Start, Wiring};
 use certainty_firmware::smart_car::{HEADS, RANGERS};
 use core::marker::PhantomData;
 use stm32f1xx_hal::gpio::{
@@ -54,6 +54,8 @@ impl<'a> Board for Stm32f100<'a> {
 pub(crate) struct Pins {
     pub(crate) lines: Lines,
     pub(crate) heartbeat: Light,
+    /// Who started the microcontroller.
+    pub(crate) start: Start,
 }
 
 /// Those to the sensors.
@@ -69,6 +71,7 @@ pub(crate) struct Lines {
 /// All stays on the internal 8 MHz oscillator, on which the microcontroller wakes up, and every
 /// peripheral comes out where it does by itself.
 pub(crate) fn set_up(rcc: RCC, ports: (GPIOA, GPIOB, GPIOC)) -> Pins {
+    let start = started(&rcc);
     let mut rcc = rcc.constrain();
     rcc.apb2enr().modify(|_, w| w.usart1en().enabled());
     rcc.apb1enr()
@@ -110,6 +113,25 @@ pub(crate) fn set_up(rcc: RCC, ports: (GPIOA, GPIOB, GPIOC)) -> Pins {
             echo,
         },
         heartbeat: c.pc9.into_push_pull_output(&mut c.crh),
+        start,
+    }
+}
+
+/// Tells who started the microcontroller, and forgets it: the flags stay until they are cleared or the power goes, and
+/// the next press of the button would pass for what was before it.
+///
+/// Every reset pulls the reset pin, so that the flag of that pin says nothing.
+fn started(rcc: &RCC) -> Start {
+    let flags = rcc.csr().read();
+    rcc.csr().modify(|_, w| w.rmvf().set_bit());
+    let by_itself = flags.iwdgrstf().bit_is_set()
+        || flags.wwdgrstf().bit_is_set()
+        || flags.sftrstf().bit_is_set()
+        || flags.lpwrrstf().bit_is_set();
+    if by_itself {
+        Start::ByItself
+    } else {
+        Start::ByHand
     }
 }
 
@@ -120,6 +142,7 @@ impl Lines {
         servos: [Pulses<'a>; HEADS as usize],
         [right, left]: [Pulses<'a>; 2],
         outbox: SerialOutbox,
+        start: Start,
     ) -> Wiring<Stm32f100<'a>, { HEADS as usize }, { RANGERS as usize }> {
         let [vin_1, vin_2, vin_3] = self.vin;
         let [vout_1, vout_2, vout_3] = self.vout;
@@ -139,6 +162,7 @@ impl Lines {
             delay: Time,
             stopwatch: Time,
             outbox,
+            start,
         }
     }
 }

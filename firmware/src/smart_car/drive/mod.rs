@@ -1,15 +1,19 @@
 //! The car's control level: first it looks around, then it drives to its goal.
 //!
-//! In the first [`LOOK_AROUND`] rounds it stands, until every head has swept once. From then on each round
+//! First it stands until every head has swept once: for [`LOOK_AROUND`] rounds in which at most one head was
+//! silent, so that what two of them did not see is looked at for as long again. From then on each round
 //! decides once, by \[004\] on the car's own map ([`Controller`]), and gives the motors what was decided at a
 //! fixed time of the round. Nothing measures how far the wheels turn: the pose is reckoned from what the
 //! motors were told ([`Odometer`]).
 //!
 //! It stands where it has arrived; where too little of what lies ahead is seen by sensors that can be believed;
-//! for a round in which a slot was skipped; and while a motor refuses. Where it was moving and cannot know how
-//! far, as its motors were told late or one of them refused, it is lost and stands until it is started again. Dead man's rule: a round in which
-//! nothing was decided tells the motors to stand. It takes a main loop that runs: one that hangs leaves the last
-//! pulses to the timer until the watchdog bites, and then starts the car anew.
+//! for a round in which a slot was skipped; and while a motor refuses. After either it starts anew from a
+//! stand, which takes it a second round. Where it was moving and cannot know how far, as its motors were told
+//! late or one of them refused, it is lost; and where nobody started it but itself ([`Start::ByItself`]) it
+//! knows no place. Then it looks, maps and reports, but stands until it is started by hand.
+//!
+//! Dead man's rule: a round in which nothing was decided tells the motors to stand. It takes a main loop that
+//! runs: one that hangs leaves the last pulses to the timer until the watchdog bites, after which the car stands.
 
 mod odometer;
 mod rules;
@@ -22,7 +26,7 @@ use senses::Seen;
 
 use super::round::{LOOK_FRAMES, ROUND_FRAMES};
 use super::{HEADS, MOTOR, POSE, RANGERS, SWEEP};
-use crate::board::{Board, MotorWires};
+use crate::board::{Board, MotorWires, Start};
 use crate::executive::Due;
 use crate::motors::{Motors, Thrust};
 use crate::telemetry::{self, Conduct};
@@ -30,7 +34,8 @@ use certainty_core::control::{ControlRules, Controller, Side, Wheels};
 use certainty_core::fusion::{CertaintyGrid, Environment};
 use certainty_core::units::Pose;
 
-/// In so many rounds the car stands and looks around: those of one sweep.
+/// In so many rounds the car stands and looks around: those of one sweep; rounds in which two heads are silent do not
+/// count.
 pub const LOOK_AROUND: u32 = SWEEP.directions() as u32;
 
 /// Where the car is, what its motors were told, and what it decided to tell them next.
@@ -45,17 +50,19 @@ pub(super) struct Drive<B: Board> {
     looks_from: Pose,
     /// What was decided in this round, until the motors are told.
     decided: Option<(Wheels, Conduct)>,
+    /// Rounds in which at most one head was silent, until there are enough.
+    looked: u32,
     /// A slot of this round was skipped.
     faltered: bool,
-    /// Why the car does not know where it is any more: it stands until it is started again.
+    /// Why the car does not know where it is: it stands until it is started by hand.
     lost: Option<Conduct>,
     /// How the round ended.
     told: telemetry::Drive,
 }
 
 impl<B: Board> Drive<B> {
-    /// Creates the control level of a car that stands at [`POSE`].
-    pub(super) fn new(wires: MotorWires<B>) -> Self {
+    /// Creates the control level of a car that stands at [`POSE`], as far as whoever started it knows.
+    pub(super) fn new(wires: MotorWires<B>, start: Start) -> Self {
         Self {
             motors: Motors::new(wires.right, wires.left, MOTOR),
             controller: Controller::new(&CONTROL, Side::Left),
@@ -63,8 +70,12 @@ impl<B: Board> Drive<B> {
             thrust: Thrust::NONE,
             looks_from: POSE,
             decided: None,
+            looked: 0,
             faltered: false,
-            lost: None,
+            lost: match start {
+                Start::ByHand => None,
+                Start::ByItself => Some(Conduct::Restarted),
+            },
             told: told(POSE, Wheels::STOPPED, Conduct::Looking),
         }
     }
@@ -91,7 +102,13 @@ impl<B: Board> Drive<B> {
         silent: &[bool; HEADS as usize],
         rangers: &[Eye<'_>; RANGERS as usize],
     ) {
-        if due.round < LOOK_AROUND {
+        if self.looked < LOOK_AROUND {
+            let gone = silent
+                .iter()
+                .fold(0_u8, |gone, &head| gone.saturating_add(head.into()));
+            if gone <= 1 {
+                self.looked = self.looked.saturating_add(1);
+            }
             self.decided = Some((Wheels::STOPPED, Conduct::Looking));
             return;
         }
@@ -112,7 +129,7 @@ impl<B: Board> Drive<B> {
     /// Who stood, stood. Who was moving moved on for nobody knows how long, and stands from now on.
     pub(super) fn drive_late(&mut self) {
         if self.thrust != Thrust::NONE {
-            self.lost = Some(Conduct::Late);
+            self.lost = Some(Conduct::Lost);
         }
         self.falter();
         self.drive();
@@ -120,7 +137,8 @@ impl<B: Board> Drive<B> {
 
     /// Tells the motors what was decided, or to stand.
     ///
-    /// A motor that refuses to be told otherwise goes on as it did: unless it stood, the car is lost.
+    /// A motor that refuses to be told otherwise goes on as it did, and one that was told to turn before the other
+    /// refused may not hear that it shall stand: unless both stood and were to stand, the car is lost.
     pub(super) fn drive(&mut self) {
         self.began = self.began.after(self.thrust, ROUND_FRAMES);
         let faltered = core::mem::take(&mut self.faltered);
@@ -132,14 +150,14 @@ impl<B: Board> Drive<B> {
         self.thrust = match self.motors.drive(wheels) {
             Ok(thrust) => thrust,
             Err(_) => {
-                if self.thrust != Thrust::NONE {
-                    self.lost = Some(Conduct::Refused);
+                if self.thrust != Thrust::NONE || wheels != Wheels::STOPPED {
+                    self.lost = Some(Conduct::Lost);
                 }
                 (wheels, conduct) = (Wheels::STOPPED, Conduct::Refused);
                 Thrust::NONE
             }
         };
-        if matches!(conduct, Conduct::Late | Conduct::Refused) {
+        if matches!(conduct, Conduct::Late | Conduct::Refused | Conduct::Lost) {
             // The next step begins with a car that stands.
             self.controller = Controller::new(&CONTROL, self.controller.kept_side());
         }

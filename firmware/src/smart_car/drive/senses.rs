@@ -80,7 +80,8 @@ impl Seen<'_> {
     ///
     /// The map has failed as far as its heads have in the mean: each sweeps all of what lies ahead, so with
     /// one of three gone a third of the looks is missing. A head that says nothing in this round is gone for
-    /// this round, before its health gives it up.
+    /// this round, before its health gives it up. Where the car is outside its grid the map has failed, as it has
+    /// nothing there and would say that nothing is.
     // Not inlined: it is done before the controller needs the stack.
     #[inline(never)]
     fn failures<G: CertaintyGrid>(&self, map: &Environment<'_, G>) -> Failures {
@@ -98,7 +99,10 @@ impl Seen<'_> {
         let [right, left] = self
             .rangers
             .map(|ranger| Failure::of_health(ranger.health, &LIMITS));
-        let map = Failure::new_saturating(mean);
+        let map = match map.geometry().cell_at(self.pose.at) {
+            Some(_) => Failure::new_saturating(mean),
+            None => Failure::TOTAL,
+        };
         Failures {
             rangefinders: [left, map, map, map, map, right],
             scanner: map,
@@ -145,6 +149,7 @@ mod tests {
     use certainty_core::fusion::{BayesGrid, Measurement, Shape, Strength};
     use certainty_core::health::Confidence;
     use certainty_core::sensor::SensorId;
+    use certainty_core::units::Point;
 
     const NOW: Ticks = Ticks::new(1000);
 
@@ -158,11 +163,21 @@ mod tests {
 
     /// What fails with these heads silent, this confidence of all, and these rangers.
     fn failures(silent: [bool; 3], confidence: u16, rangers: [Eye<'_>; 2]) -> Failures {
+        failures_at(POSE, silent, confidence, rangers)
+    }
+
+    /// The same where the car is at `pose`.
+    fn failures_at(
+        pose: Pose,
+        silent: [bool; 3],
+        confidence: u16,
+        rangers: [Eye<'_>; 2],
+    ) -> Failures {
         let grid = BayesGrid::try_new(SmartCarShape, Strength::UNLIMITED, [0; CELLS]).unwrap();
         let health = [Health::new(Confidence::from_bits(confidence)); SENSORS as usize];
         let seen = Seen {
             now: NOW,
-            pose: POSE,
+            pose,
             silent: &silent,
             rangers: &rangers,
         };
@@ -180,6 +195,28 @@ mod tests {
         assert_eq!(scanner([true; 3], u16::MAX), 65_536);
         // No confidence is as good as silence.
         assert_eq!(scanner([false; 3], 0), 65_536);
+    }
+
+    #[test]
+    fn outside_its_grid_the_map_has_failed_and_the_rangers_have_not() {
+        let health = Health::default();
+        let at = |x, y| {
+            let pose = Pose::new(Point::from_mm(x, y), BinaryAngle::ZERO);
+            failures_at(pose, [false; 3], u16::MAX, [eye(&health); 2])
+        };
+        // 17 by 11 cells of 100 mm: the first and the last place of each row and column are within.
+        for (x, y) in [(0, 0), (-850, 0), (849, 0), (0, 1_099), (849, 1_099)] {
+            assert_eq!(at(x, y).scanner, Failure::NONE, "{x} {y}");
+        }
+        for (x, y) in [(0, -1), (-851, 500), (850, 500), (0, 1_100), (0, -5_000)] {
+            let told = at(x, y);
+            assert_eq!(told.scanner, Failure::TOTAL, "{x} {y}");
+            assert_eq!(told.rangefinders[1..5], [Failure::TOTAL; 4]);
+            assert_eq!(
+                [told.rangefinders[0], told.rangefinders[5]],
+                [Failure::NONE; 2]
+            );
+        }
     }
 
     /// A cell anywhere: the even beams are those of the whole scan, the others are off by a beam at most.

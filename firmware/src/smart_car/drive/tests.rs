@@ -46,20 +46,35 @@ impl Link for Line {
 }
 
 fn car(line: &Line) -> Drive<RemoteBoard<'_, Line>> {
-    Drive::new(MotorWires {
+    started(line, Start::ByHand)
+}
+
+fn started(line: &Line, start: Start) -> Drive<RemoteBoard<'_, Line>> {
+    let wires = MotorWires {
         right: RemotePwm::new(line, Channel::Motor(0)),
         left: RemotePwm::new(line, Channel::Motor(1)),
-    })
+    };
+    Drive::new(wires, start)
 }
 
 const STANDS: [(u8, u16); 2] = [(0, 1_500), (1, 1_500)];
 
-/// Steers in `round`, on an empty map of sensors with this confidence.
+/// Steers in `round`, on an empty map of sensors with this confidence, all of them silent or none.
 fn steer(car: &mut Drive<RemoteBoard<'_, Line>>, round: u32, silent: bool, confidence: Confidence) {
+    steer_with(car, round, [silent; 3], confidence);
+}
+
+/// The same with these heads silent; the rangers are if all are.
+fn steer_with(
+    car: &mut Drive<RemoteBoard<'_, Line>>,
+    round: u32,
+    silent: [bool; 3],
+    confidence: Confidence,
+) {
     let grid = BayesGrid::try_new(SmartCarShape, Strength::UNLIMITED, [0; CELLS]).unwrap();
     let health = [Health::new(confidence); SENSORS as usize];
     let at = Ticks::new(round * 800 + 721);
-    let reading = if silent {
+    let reading = if silent == [true; 3] {
         Reading::Missing(Missing::Timeout)
     } else {
         Reading::NoObject
@@ -75,13 +90,13 @@ fn steer(car: &mut Drive<RemoteBoard<'_, Line>>, round: u32, silent: bool, confi
         at,
     };
     let map = Environment::new(&grid, &health);
-    car.steer(due, &map, &[silent; 3], &[eye, eye]);
+    car.steer(due, &map, &silent, &[eye, eye]);
 }
 
 /// A car that has looked around and goes; all it was told is forgotten.
 fn going(line: &Line) -> Drive<RemoteBoard<'_, Line>> {
     let mut car = car(line);
-    for round in LOOK_AROUND..LOOK_AROUND + 3 {
+    for round in 0..LOOK_AROUND + 3 {
         steer(&mut car, round, false, Confidence::FULL);
         car.drive();
     }
@@ -102,6 +117,25 @@ fn it_stands_and_looks_around_for_a_sweep() {
         assert_eq!(car.report().conduct, Conduct::Looking);
     }
     assert_eq!(car.looks_from(), POSE);
+}
+
+/// What two heads missed in the first sweep is not free.
+#[test]
+fn a_round_in_which_two_heads_are_silent_is_no_look_around() {
+    let line = Line::default();
+    let mut car = car(&line);
+    let one = [false, true, false];
+    let two = [true, true, false];
+    for (rounds, silent) in [(0..20, one), (20..50, two), (50..67, one)] {
+        for round in rounds {
+            steer_with(&mut car, round, silent, Confidence::FULL);
+            car.drive();
+            assert_eq!(car.report().conduct, Conduct::Looking, "round {round}");
+        }
+    }
+    steer(&mut car, 67, false, Confidence::FULL);
+    car.drive();
+    assert_eq!(car.report().conduct, Conduct::Going);
 }
 
 #[test]
@@ -135,7 +169,7 @@ fn a_round_without_a_decision_tells_the_motors_to_stand() {
 }
 
 #[test]
-fn a_slot_that_is_skipped_makes_it_stand_for_a_round() {
+fn a_slot_that_is_skipped_makes_it_stand_for_two_rounds() {
     let line = Line::default();
     let mut car = going(&line);
     steer(&mut car, LOOK_AROUND + 3, false, Confidence::FULL);
@@ -143,10 +177,13 @@ fn a_slot_that_is_skipped_makes_it_stand_for_a_round() {
     car.drive();
     assert_eq!(line.take(), STANDS);
     assert_eq!(car.report().conduct, Conduct::Late);
-    for round in LOOK_AROUND + 4..LOOK_AROUND + 6 {
-        steer(&mut car, round, false, Confidence::FULL);
-        car.drive();
-    }
+    // It starts anew: the first decision knows of no time that has passed, in which it could get faster.
+    steer(&mut car, LOOK_AROUND + 4, false, Confidence::FULL);
+    car.drive();
+    assert_eq!(car.report().conduct, Conduct::Going);
+    assert_eq!(line.take(), STANDS);
+    steer(&mut car, LOOK_AROUND + 5, false, Confidence::FULL);
+    car.drive();
     assert_eq!(car.report().conduct, Conduct::Going);
     assert_ne!(car.thrust, Thrust::NONE);
 }
@@ -166,8 +203,46 @@ fn a_motor_that_refuses_makes_the_other_stand() {
         assert_eq!(car.looks_from(), there, "it is not reckoned to move");
         // Where its pulses took it meanwhile nobody knows, so it does not go on when it hears again.
         line.deaf.set(None);
-        stands_for_good(&mut car, &line, Conduct::Refused);
+        stands_for_good(&mut car, &line, Conduct::Lost);
     }
+}
+
+/// The other motor was told to turn before, and may not have heard that it shall not.
+#[test]
+fn a_motor_that_refuses_when_the_car_begins_to_move_makes_it_lost() {
+    for deaf in [0, 1] {
+        let line = Line::default();
+        let mut car = going(&line);
+        car.drive();
+        steer(&mut car, LOOK_AROUND + 4, false, Confidence::FULL);
+        car.drive();
+        assert_eq!(car.thrust, Thrust::NONE);
+        line.deaf.set(Some(deaf));
+        steer(&mut car, LOOK_AROUND + 5, false, Confidence::FULL);
+        car.drive();
+        assert_eq!(car.report().conduct, Conduct::Refused);
+        line.deaf.set(None);
+        stands_for_good(&mut car, &line, Conduct::Lost);
+    }
+}
+
+#[test]
+fn a_motor_that_refuses_to_stand_while_it_stands_costs_nothing_but_time() {
+    let line = Line::default();
+    let mut car = car(&line);
+    line.deaf.set(Some(1));
+    for round in 0..20 {
+        steer(&mut car, round, false, Confidence::FULL);
+        car.drive();
+        assert_eq!(car.report().conduct, Conduct::Refused);
+    }
+    line.deaf.set(None);
+    for round in 20..LOOK_AROUND + 3 {
+        steer(&mut car, round, false, Confidence::FULL);
+        car.drive();
+    }
+    assert_eq!(car.report().conduct, Conduct::Going);
+    assert_ne!(car.thrust, Thrust::NONE);
 }
 
 /// Steers a few rounds more and sees it stand, for this reason.
@@ -188,7 +263,21 @@ fn a_car_that_moved_and_was_told_late_is_lost_and_stands_for_good() {
     steer(&mut car, LOOK_AROUND + 3, false, Confidence::FULL);
     car.drive_late();
     assert_eq!(line.take(), STANDS);
-    stands_for_good(&mut car, &line, Conduct::Late);
+    assert_eq!(car.report().conduct, Conduct::Lost);
+    stands_for_good(&mut car, &line, Conduct::Lost);
+}
+
+#[test]
+fn a_car_that_started_by_itself_stands_until_it_is_started_by_hand() {
+    let line = Line::default();
+    let mut car = started(&line, Start::ByItself);
+    for round in 0..LOOK_AROUND + 9 {
+        steer(&mut car, round, false, Confidence::FULL);
+        car.drive();
+        assert_eq!(line.take(), STANDS, "round {round}");
+        assert_eq!(car.report().conduct, Conduct::Restarted);
+    }
+    assert_eq!(car.looks_from(), POSE);
 }
 
 #[test]
@@ -198,7 +287,7 @@ fn a_car_that_stood_and_was_told_late_goes_on() {
     steer(&mut car, 3, false, Confidence::FULL);
     car.drive_late();
     assert_eq!(car.report().conduct, Conduct::Late);
-    for round in LOOK_AROUND..LOOK_AROUND + 3 {
+    for round in 4..LOOK_AROUND + 6 {
         steer(&mut car, round, false, Confidence::FULL);
         car.drive();
     }

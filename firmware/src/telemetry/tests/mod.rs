@@ -220,6 +220,8 @@ fn drives() -> impl Strategy<Value = Drive> {
         Conduct::from(Caution::NoWay),
         Conduct::Late,
         Conduct::Refused,
+        Conduct::Lost,
+        Conduct::Restarted,
     ]);
     let numbers = any::<(i32, i32, u16, i32, i32, u32)>();
     (conduct, numbers).prop_map(|(conduct, (x, y, heading, right, left, to_goal))| Drive {

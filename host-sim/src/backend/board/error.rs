@@ -15,7 +15,7 @@ pub enum BoardError {
         /// When, in nanoseconds since the reset.
         at_ns: u64,
     },
-    /// The program asked for a reset, as its panic handler does.
+    /// The program asked for a reset, as its handlers of panics and faults do.
     #[error("the firmware reset itself at {} ms", at_ns / 1_000_000)]
     Reset {
         /// When, in nanoseconds since the reset before.

@@ -23,7 +23,7 @@ mod parts;
 mod pinout;
 
 pub use error::BoardError;
-pub use parts::UnmodelledRegister;
+pub use parts::{ResetCause, UnmodelledRegister};
 
 use super::image::Image;
 use super::{BackendError, Ran};
@@ -105,6 +105,13 @@ impl<W: Wires + Send + 'static> EmulatedBoard<W> {
             lowest_stack: initial_stack,
             skip_sleep: true,
         })
+    }
+
+    /// Makes its start one for this reason, in place of its power that came on; before it runs.
+    #[must_use]
+    pub fn after(self, cause: ResetCause) -> Self {
+        self.bus.parts().reset_by(cause);
+        self
     }
 
     /// Runs to the next whole millisecond.

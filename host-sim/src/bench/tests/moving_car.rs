@@ -1,7 +1,10 @@
 //! The car on its wheels.
 
-use crate::bench::{MILLISECOND, MovingCar};
+use crate::bench::{MILLISECOND, MotorFault, MovingCar};
+use crate::fault::Window;
+use crate::quantity::Percentage;
 use crate::world::{Obstacle, World};
+use certainty_core::control::Side;
 use certainty_core::units::{BinaryAngle, Millimeters, Point, Pose};
 use certainty_firmware::smart_car::POSE;
 
@@ -106,4 +109,58 @@ fn where_it_is_when_its_heads_look_is_noted_once_a_round() {
         .collect();
     // Taken at 10 ms, seen at 610 ms: 30 frames of 2 mm, then 40 more a round.
     assert_eq!(noted, [60, 140, 220]);
+}
+
+/// A car at full speed whose right motor is broken so in round 1, after this many ms.
+fn broken(fault: MotorFault, seed: u64, ms: u64) -> Pose {
+    let window = Window::Readings {
+        from: 1,
+        to: Some(2),
+    };
+    let mut car = MovingCar::with_faults(vec![(Side::Right, fault, window)], seed);
+    assert!(car.set_pulse(0, 2_000) && car.set_pulse(1, 2_000));
+    car.advance(&open(), ms * MILLISECOND);
+    car.pose()
+}
+
+/// How far it has turned to the right, in degrees.
+fn turned(pose: Pose) -> f64 {
+    let back = POSE.heading.wrapping_sub(pose.heading);
+    f64::from(back.to_bits()) * 360.0 / 65_536.0
+}
+
+#[test]
+fn a_broken_motor_turns_the_car_by_what_its_wheel_does_not_go() {
+    let part = |percent| Percentage::try_new(percent).unwrap();
+    // Of the 80 mm of a round on a track of 160 mm: the whole is half a radian.
+    for (fault, radians) in [
+        (MotorFault::Dead, 0.5),
+        (MotorFault::Weak(part(95.0)), 0.025),
+        (MotorFault::Weak(part(0.0)), 0.5),
+        (MotorFault::Weak(part(100.0)), 0.0),
+        (MotorFault::Slip(part(0.0)), 0.0),
+        (MotorFault::Off, 0.0),
+    ] {
+        let before = turned(broken(fault, 1, 810));
+        let there = turned(broken(fault, 1, 1_610));
+        let later = turned(broken(fault, 1, 2_410));
+        assert!(before.abs() < 0.02, "{fault:?} {before}");
+        let off = there - f64::to_degrees(radians);
+        assert!(off.abs() < 0.2, "{fault:?} {there}");
+        assert!((later - there).abs() < 0.02, "{fault:?} {later}");
+    }
+}
+
+/// Half of the most in the mean, another for another seed, the same for the same.
+#[test]
+fn a_slipping_wheel_loses_half_of_the_most_in_the_mean() {
+    let slip = MotorFault::Slip(Percentage::try_new(20.0).unwrap());
+    let lost: Vec<f64> = (0..20)
+        .map(|seed| turned(broken(slip, seed, 2_410)))
+        .collect();
+    let mean = lost.iter().sum::<f64>() / 20.0;
+    let expected = f64::to_degrees(0.05);
+    assert!((mean - expected).abs() < expected / 10.0, "{lost:?}");
+    assert!(lost.iter().any(|&one| one < lost[0]) || lost.iter().any(|&one| one > lost[0]));
+    assert_eq!(turned(broken(slip, 7, 2_410)), lost[7]);
 }

@@ -9,7 +9,7 @@ use certainty_core::fusion::Geometry;
 use certainty_core::transducer::{Finding, Missing, Reading};
 use certainty_core::units::{BinaryAngle, Pose};
 use certainty_firmware::telemetry::{
-    Damage, Drive, Frame, Hello, MapPart, MapState, Report, Statistics, Tally,
+    Conduct, Damage, Drive, Frame, Hello, MapPart, MapState, Report, Statistics, Tally,
 };
 
 /// The widest and the highest map that is drawn, in cells.
@@ -92,8 +92,12 @@ fn place(pose: &Pose) -> String {
 }
 
 fn driven(drive: &Drive) -> String {
+    let asks = match drive.conduct {
+        Conduct::Lost | Conduct::Restarted => ": start it by hand",
+        _ => "",
+    };
     format!(
-        "{}, wheels {:.2} right, {:.2} left, {}, {} to the goal",
+        "{}, wheels {:.2} right, {:.2} left, {}{asks}, {} to the goal",
         place(&drive.pose),
         drive.wheels.right,
         drive.wheels.left,

@@ -6,7 +6,7 @@ use super::panels::{Mark, Panel, side_by_side};
 use super::table::{row, table};
 use super::{Failure, map_image, output};
 use crate::backend::{self, Backend, BackendError, Heard, MissingCounts, Ran, Received, Sizes};
-use crate::bench::{Bench, BenchFault, BenchSetup, WireFault};
+use crate::bench::{Bench, BenchFault, BenchSetup};
 use crate::experiment::{Crew, Profile, Reference, Score};
 use crate::export::{OutDir, write_grey_png};
 use crate::transducer::{Look, PerfectSensor};
@@ -37,7 +37,8 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N", default_value_t = LOOK_AROUND,
           value_parser = clap::value_parser!(u32).range(1..=100_000))]
     rounds: u32,
-    /// What is wrong with a sensor or its line, such as stuck-far:2 or unplugged:3@3s..8s; repeatable
+    /// What is wrong with a sensor, its line or a motor, such as stuck-far:2, unplugged:3@3s..8s or
+    /// motor-weak:left=95%; repeatable
     #[arg(long = "fault", value_name = "SPEC|none")]
     faults: Vec<FaultArgument>,
     /// The obstacles: a TOML file; without it, the built-in scene
@@ -162,14 +163,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         FaultArgument::Some(fault) => Some(fault.clone()),
     });
     let faults: Vec<BenchFault> = faults.collect();
-    let is_off = |fault: &BenchFault| {
-        let off = WireFault::ServoOff;
-        matches!(fault, BenchFault::Wire { fault, .. } if *fault == off)
-    };
-    if arguments.on == Backend::Board && faults.iter().any(is_off) {
-        let line = "servo-off: the chip's PWM channels cannot fail; write servo-jammed, \
-                    or --on native or qemu";
-        return Err(Failure::Input(line.into()));
+    let refused = faults.iter().find_map(BenchFault::refused_channel);
+    if let (Backend::Board, Some((kind, instead))) = (arguments.on, refused) {
+        let line = format!(
+            "{kind}: the chip's PWM channels cannot fail; write {instead}, or --on native or qemu"
+        );
+        return Err(Failure::Input(line));
     }
     let bench = Bench::new(BenchSetup {
         world: Arc::clone(&world),

@@ -18,6 +18,7 @@ use core::mem;
 use flash::Flash;
 use gpio::{Drive, Gpio};
 use pwm_timer::PwmTimer;
+pub use rcc::ResetCause;
 use rcc::{Clocked, Rcc};
 use unmodelled::Unmodelled;
 pub use unmodelled::UnmodelledRegister;
@@ -119,6 +120,11 @@ impl<W: Wires> Parts<W> {
             serial: Vec::new(),
             failure: None,
         }
+    }
+
+    /// Tells the program, which has not begun, why it was reset.
+    pub(super) fn reset_by(&mut self, cause: ResetCause) {
+        self.rcc = Rcc::after(cause);
     }
 
     /// Reads the register at `address` in cycle `now`.

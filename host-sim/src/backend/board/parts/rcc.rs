@@ -42,6 +42,42 @@ const HSI_READY: u32 = 1 << 1;
 /// HSEON and PLLON may be set, and are waited for in vain.
 const CR_WRITABLE: u32 = 0x010d_00f9;
 const LSI_ON: u32 = 1;
+/// RMVF: clears the flags of why it was reset.
+const FORGET_RESETS: u32 = 1 << 24;
+const RESETS: u32 = 0xfc00_0000;
+
+/// Why the microcontroller comes out of reset.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ResetCause {
+    /// Its power came on.
+    #[default]
+    PowerOn,
+    /// Its reset pin was pulled, and nothing else.
+    Pin,
+    /// Its program asked for it.
+    Software,
+    /// The independent watchdog bit.
+    Watchdog,
+    /// The window watchdog did.
+    WindowWatchdog,
+    /// It would have entered a low-power mode that its option bytes forbid.
+    LowPower,
+}
+
+impl ResetCause {
+    /// The flags in CSR; every reset pulls the pin.
+    const fn flags(self) -> u32 {
+        const PIN: u32 = 1 << 26;
+        PIN | match self {
+            Self::Pin => 0,
+            Self::PowerOn => 1 << 27,
+            Self::Software => 1 << 28,
+            Self::Watchdog => 1 << 29,
+            Self::WindowWatchdog => 1 << 30,
+            Self::LowPower => 1 << 31,
+        }
+    }
+}
 
 /// RCC's registers.
 #[derive(Debug)]
@@ -63,12 +99,20 @@ impl Default for Rcc {
             reset: [0; 3],
             enable: [0; 3],
             ahb_enable: 0x14,
-            csr: 0x0c00_0000, // power-on and pin reset
+            csr: ResetCause::PowerOn.flags(),
         }
     }
 }
 
 impl Rcc {
+    /// The registers after a reset.
+    pub(crate) fn after(cause: ResetCause) -> Self {
+        Self {
+            csr: cause.flags(),
+            ..Self::default()
+        }
+    }
+
     pub(crate) fn read(&self, offset: u32) -> Option<u32> {
         Some(match offset {
             0x00 => self.cr | ((self.cr & HSI_ON) * HSI_READY),
@@ -95,7 +139,11 @@ impl Rcc {
             0x14 => self.ahb_enable = value,
             0x18 => self.enable[2] = value,
             0x1c => self.enable[1] = value,
-            0x24 => self.csr = self.csr & !LSI_ON | value & LSI_ON,
+            0x24 => {
+                let forgets = value & FORGET_RESETS != 0;
+                let kept = if forgets { 0 } else { self.csr & RESETS };
+                self.csr = kept | value & LSI_ON;
+            }
             _ => return false,
         }
         true
@@ -141,5 +189,25 @@ mod tests {
             }
         }
         assert!(!Rcc::default().write(0x2c, 0));
+    }
+    #[test]
+    fn why_it_was_reset_stays_until_it_is_forgotten() {
+        // RM0041, RCC_CSR: its value after the power came on.
+        assert_eq!(Rcc::default().read(0x24), Some(0x0c00_0000));
+        for (cause, flags) in [
+            (ResetCause::Pin, 0x0400_0000),
+            (ResetCause::Software, 0x1400_0000),
+            (ResetCause::Watchdog, 0x2400_0000),
+            (ResetCause::WindowWatchdog, 0x4400_0000),
+            (ResetCause::LowPower, 0x8400_0000),
+        ] {
+            let mut rcc = Rcc::after(cause);
+            assert_eq!(rcc.read(0x24), Some(flags), "{cause:?}");
+            // The flags cannot be written, and the oscillator beside them can.
+            rcc.write(0x24, 0xf800_0001);
+            assert_eq!(rcc.read(0x24), Some(flags | 3), "{cause:?}");
+            rcc.write(0x24, 1 << 24 | 1);
+            assert_eq!(rcc.read(0x24), Some(3), "{cause:?}");
+        }
     }
 }
