@@ -22,6 +22,7 @@ mod palette;
 mod picture;
 mod plan;
 mod raster;
+mod shading;
 mod svg;
 mod track;
 
