@@ -11,6 +11,7 @@ mod failure;
 mod health;
 mod jobs;
 mod monitor;
+mod or_none;
 mod outlines;
 mod output;
 mod overview;
