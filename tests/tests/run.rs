@@ -404,7 +404,10 @@ fn an_image_of_another_backend_is_refused_with_its_name() {
     let ran = certainty(folder.path(), &arguments);
     let line = ran.refusal();
     assert!(line.contains(image.to_str().unwrap()), "{line}");
-    assert!(line.contains("for --on board, smart_car"), "{line}");
+    assert!(
+        line.contains("--on board runs the one called smart_car"),
+        "{line}"
+    );
 }
 
 #[test]

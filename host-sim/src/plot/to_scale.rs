@@ -9,7 +9,7 @@ pub(super) type Range = (f64, f64);
 
 /// A frame whose two axes have the same scale, and its axes.
 ///
-/// Possession proves that: a unit has as many pixels across as upwards, within a thousandth.
+/// A unit has as many pixels across as upwards, within a thousandth: a test tries all kinds of ranges.
 #[derive(Debug)]
 pub(super) struct ToScale {
     pub frame: Frame,

@@ -197,16 +197,16 @@ fn refused(arguments: &Arguments, error: &BackendError) -> Failure {
     );
     match (error, &arguments.image) {
         (BackendError::Refused, _) => Failure::Internal(error.to_string()),
-        (_, Some(image)) if odd => Failure::Input(format!(
-            "{}: {error}; name the image that `cargo firmware` builds for --on {}, {}",
-            shown(image),
-            arguments.on,
-            if arguments.on == Backend::Board {
-                "smart_car"
-            } else {
-                "qemu"
-            }
-        )),
+        (_, Some(image)) if odd => {
+            let (on, its) = match arguments.on {
+                Backend::Board => ("board", "smart_car"),
+                Backend::Native | Backend::Qemu => ("qemu", "qemu"),
+            };
+            let image = shown(image);
+            Failure::Input(format!(
+                "{image}: {error}; --on {on} runs the one called {its}"
+            ))
+        }
         _ => Failure::input(error),
     }
 }
