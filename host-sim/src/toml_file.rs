@@ -76,6 +76,8 @@ pub struct TomlFile<'a> {
     pub bytes: &'a [u8],
     /// What it should be.
     pub what: &'static str,
+    /// A part of such a file, on one line.
+    pub sample: &'static str,
 }
 
 impl TomlFile<'_> {
@@ -91,7 +93,14 @@ impl TomlFile<'_> {
         })?;
         toml::from_str(text).map_err(|e| {
             let offset = e.span().map_or(0, |span| span.start);
-            self.invalid(offset, one_line(e.message()))
+            let mut problem = one_line(e.message());
+            // What the parser says of a value that has the wrong form does not say how to write it.
+            let of_form = ["invalid type: ", "invalid length ", "missing field "];
+            let hinted = problem.contains("such as");
+            if !hinted && of_form.iter().any(|start| problem.starts_with(start)) {
+                problem += &format!("; write for example: {}", self.sample);
+            }
+            self.invalid(offset, problem)
         })
     }
 

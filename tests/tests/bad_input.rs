@@ -212,7 +212,10 @@ fn wrong_options_are_refused_with_what_was_written() {
             "replay input --fault explode:1",
             &["unknown fault 'explode'", "stuck-far"],
         ),
-        ("replay input --fault stuck-far:9", &["no sensor '9'"]),
+        (
+            "replay input --fault stuck-far:9",
+            &["--fault: no sensor '9'"],
+        ),
         ("replay input --fault stuck-far:0", &["'0' is no sensor"]),
         ("replay input --fault stuck-far:FL", &["no sensor 'FL'"]),
         ("replay input --fault stuck-far", &["names no sensor"]),
@@ -221,7 +224,37 @@ fn wrong_options_are_refused_with_what_was_written() {
         ("replay input --fault stuck-far:1@9..3", &["empty"]),
         ("replay input --max-cells 10", &["--max-cells 10", "cells"]),
         ("replay input --max-cells=-1", &["--max-cells"]),
-        ("replay input --seed x", &["--seed"]),
+        (
+            "replay input --seed x",
+            &[
+                "'x' for '--seed <N>': write a whole number in digits alone",
+                "see certainty replay --help",
+            ],
+        ),
+        (
+            "drive --study --worlds many",
+            &[
+                "--worlds",
+                "write a whole number",
+                "see certainty drive --help",
+            ],
+        ),
+        (
+            "run --rounds 1.5",
+            &[
+                "--rounds",
+                "write a whole number",
+                "see certainty run --help",
+            ],
+        ),
+        (
+            "monitor input --baud 0",
+            &["--baud", "write a whole number from 1 on"],
+        ),
+        (
+            "simulate --seed 18446744073709551616",
+            &["--seed", "write a smaller whole number"],
+        ),
         ("replay input --colour", &["--colour"]),
         ("replay input input", &["input"]),
         ("replay", &["<FILE>"]),
@@ -231,7 +264,11 @@ fn wrong_options_are_refused_with_what_was_written() {
             &["'best' is no fusion method", "all"],
         ),
         ("simulate --fault explode:1", &["unknown fault 'explode'"]),
-        ("simulate --fault stuck-far:4", &["no sensor '4'"]),
+        ("simulate --fault stuck-far:4", &["--fault: no sensor '4'"]),
+        (
+            "simulate --fault none --fault stuck-far:1",
+            &["--fault: none and another"],
+        ),
         ("simulate --fault none:1", &["unknown fault 'none'"]),
         ("simulate --sensors 2", &["'2' is no set of sensors"]),
         ("simulate --sensors 8", &["'8' is no set of sensors"]),
@@ -243,7 +280,7 @@ fn wrong_options_are_refused_with_what_was_written() {
         ("simulate --readings 0", &["--readings"]),
         ("simulate --readings 10000001", &["--readings"]),
         ("simulate --seed -1", &["-1"]),
-        ("dance", &["dance"]),
+        ("dance", &["dance", "; see certainty --help"]),
         ("--fusion best", &["'best' is no fusion method"]),
     ] {
         assert_refused(&folder, arguments, words);
@@ -313,7 +350,11 @@ fn wrong_worlds_are_refused_with_file_and_line() {
         ),
         (
             "[[disc]]\ncenter = [\"0mm\"]\nradius = \"8mm\"\n",
-            &["input:2"],
+            &["input:2", "write for example: [[disc]]"],
+        ),
+        (
+            "[[disc]]\ncenter = [\"0mm\", \"1m\"]\nradius = 8\n",
+            &["input:3", "in quotes, such as \"100mm\""],
         ),
         ("[[ball]]\nradius = \"8mm\"\n", &["input:1", "ball"]),
         ("[[disc]\n", &["input:1"]),
@@ -336,6 +377,26 @@ fn wrong_worlds_are_refused_with_file_and_line() {
             "compare /dev/zero /dev/zero",
             &["/dev/zero", "larger than"],
         );
+    }
+}
+
+/// What takes a text says which one is none.
+#[cfg(target_os = "linux")]
+#[test]
+fn an_argument_that_is_no_text_is_refused_with_its_option() {
+    use std::ffi::OsStr;
+    use std::os::unix::ffi::OsStrExt;
+    let folder = tempfile::tempdir().unwrap();
+    for arguments in [&[&b"--seed"[..], b"\xFF"][..], &[b"--seed=\xFF"]] {
+        let mut command = command(folder.path(), ["drive"]);
+        command.args(arguments.iter().map(|argument| OsStr::from_bytes(argument)));
+        let ran = run(command, QUICKLY);
+        let line = ran.refusal();
+        assert!(
+            line.contains("--seed: what is written there is no text"),
+            "{line}"
+        );
+        assert!(line.ends_with("see certainty drive --help"), "{line}");
     }
 }
 

@@ -462,5 +462,6 @@ fn a_stdout_that_takes_nothing_is_reported() {
     assert_eq!(output.status.code(), Some(2));
     let stderr = String::from_utf8(output.stderr).unwrap();
     assert!(stderr.starts_with("certainty: stdout: "), "{stderr}");
+    assert!(stderr.contains("free space"), "what to do: {stderr}");
     assert_eq!(stderr.lines().count(), 1);
 }

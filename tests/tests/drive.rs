@@ -160,6 +160,7 @@ fn bad_input_is_one_line_that_says_what_to_do() {
     for (file, text) in [
         ("inside.toml", inside),
         ("beside.toml", beside),
+        ("ahead.toml", &beside.replace("500mm", "5m")),
         ("empty.toml", ""),
         ("nan.toml", &inside.replace("1m", "nan")),
         ("huge.toml", &inside.replace("1m", "1e300m")),
@@ -168,15 +169,35 @@ fn bad_input_is_one_line_that_says_what_to_do() {
     }
     for (arguments, part) in [
         ("--fail XX", "write one of FL, OL"),
-        ("--fault stuck-far:XX", "no sensor 'XX'"),
+        ("--fault stuck-far:XX", "--fault: no sensor 'XX'"),
+        (
+            "--fault none --fault stuck-far:FL",
+            "--fault: none and another",
+        ),
+        ("--fail FL --fail none", "--fail: none and another"),
+        ("--jobs 2", "add --study"),
+        ("--goal 300mm,-400mm", "reached at the start already"),
+        ("--goal 3m,0m", "the box or wall around 3000mm,-200mm"),
+        ("--goal 60m,-81m", "100.8 m away"),
+        (
+            "--goal 5m,0m --world ahead.toml",
+            "inside an obstacle of ahead.toml",
+        ),
         ("--fault stuck", "names no sensor"),
         ("--health known", "use given, diagnosed or ignored"),
         ("--map grid", "use beams, bayes"),
         ("--memory me", "use nobody, diagnosed or everyone"),
         ("--goal 10,0", "has no unit"),
-        ("--world inside.toml", "inside an obstacle"),
+        ("--world inside.toml", "inside.toml: the robot"),
+        (
+            "--world inside.toml",
+            "inside an obstacle, the box or wall around 0mm,0mm",
+        ),
         ("--world missing.toml", "missing.toml"),
-        ("--world beside.toml", "inside an obstacle"),
+        (
+            "--world beside.toml",
+            "inside an obstacle, the disc around 500mm,0mm",
+        ),
         ("--world empty.toml", "the world has no obstacle"),
         ("--world nan.toml", "not a finite number"),
         ("--world huge.toml", "too large"),
@@ -196,6 +217,80 @@ fn bad_input_is_one_line_that_says_what_to_do() {
         assert!(ran.stderr.contains(part), "{arguments}: {}", ran.stderr);
     }
     assert!(!folder.path().join("out").exists());
+}
+
+#[test]
+fn a_goal_just_outside_what_is_refused_is_driven_to() {
+    // Beyond the goal's radius by a millimetre, and what is left of the farthest by as much.
+    let near = document("--goal 501mm,0m");
+    assert_eq!(near["reached"], true);
+    let far = document("--goal=-100500mm,0m --fail scanner --fail FL --fail FR --health given");
+    assert_eq!(far["reached"], false);
+}
+
+#[test]
+fn that_no_sensor_fails_can_be_said() {
+    let plain = document("");
+    assert_eq!(document("--fault none"), plain);
+    assert_eq!(document("--fail none --fault none"), plain);
+}
+
+#[test]
+fn the_report_says_what_was_compared_and_whose_word_an_event_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let ran = drive(
+        folder.path(),
+        "--fault stuck-far:scanner@2s --bold --blame own",
+    );
+    assert_eq!(ran.code, Some(0), "{ran:?}");
+    for part in [
+        "goal: 10000mm,0mm",
+        "faults: stuck-far:scanner@2000ms",
+        "memory: diagnosed   blame: own   obstacles from: beams   bold",
+        "   2.00 s  truth  scanner: fault began",
+        " s  robot  scanner: no longer believed",
+        "T, time to the goal",
+        "v_M, mean speed",
+        " m/s",
+    ] {
+        assert!(ran.stdout.contains(part), "no {part} in {}", ran.stdout);
+    }
+    let clearance = ran
+        .stdout
+        .lines()
+        .find(|line| line.starts_with("least clearance"));
+    let clearance = clearance.unwrap().split_whitespace().nth(2).unwrap();
+    assert!(
+        clearance.parse::<u32>().is_ok(),
+        "whole millimetres: {clearance}"
+    );
+}
+
+#[test]
+fn a_worlds_name_and_a_folders_do_not_speak_to_the_terminal() {
+    let folder = tempfile::tempdir().unwrap();
+    let world = "name = \"\\u001b[2Jred\"\n[[disc]]\ncenter = [\"5m\", \"9m\"]\nradius = \"1m\"\n";
+    fs::write(folder.path().join("world.toml"), world).unwrap();
+    let ran = drive(
+        folder.path(),
+        "--world world.toml --goal 1m,0m --out a\u{1b}[2J",
+    );
+    assert_eq!(ran.code, Some(0), "{ran:?}");
+    let control = |c: char| c.is_control() && c != '\n';
+    assert!(!ran.stdout.contains(control), "{:?}", ran.stdout);
+    assert!(
+        ran.stdout.contains("world: \\u{1b}[2Jred"),
+        "{}",
+        ran.stdout
+    );
+    assert!(
+        ran.stdout.contains("charts in a\\u{1b}[2J"),
+        "{}",
+        ran.stdout
+    );
+    // Nor does what is wrong with one.
+    let ran = drive(folder.path(), "--world b\u{1b}[2J");
+    assert!(!ran.refusal().contains(control), "{:?}", ran.stderr);
 }
 
 #[test]

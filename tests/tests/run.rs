@@ -409,13 +409,20 @@ fn bad_input_is_one_line_and_exit_code_2() {
     let at = folder.path();
     std::fs::write(at.join("empty"), "").unwrap();
     std::fs::write(at.join("text"), "no image\n").unwrap();
+    let on_the_car = "[[disc]]\ncenter = [\"0mm\", \"100mm\"]\nradius = \"50mm\"\n";
+    std::fs::write(at.join("on.toml"), on_the_car).unwrap();
     for (arguments, says) in [
         ("run --on mars", "native, qemu or board"),
         ("run --rounds 0", "--rounds"),
         ("run --rounds 99999999", "--rounds"),
         ("run --fault line-high", "names no sensor"),
         ("run --fault line-hig:1", "line-floating"),
-        ("run --fault line-high:9", "no sensor '9'"),
+        ("run --fault line-high:9", "--fault: no sensor '9'"),
+        (
+            "run --fault none --fault line-high:1",
+            "--fault: none and another",
+        ),
+        ("run --image text", "the native backend runs no image"),
         ("run --fault chatter:2=4", "one turn a round"),
         ("run --fault stuck-far:4", "line faults only"),
         ("run --fault servo-jammed:5", "no servo"),
@@ -432,6 +439,8 @@ fn bad_input_is_one_line_and_exit_code_2() {
         ("run --fault slip:right=120%", "slip:right=20%"),
         ("run --fault slip:right@9..3", "is empty"),
         ("run --world missing.toml", "missing.toml"),
+        ("run --world on.toml", "on.toml: the car"),
+        ("run --world on.toml", "the disc around 0mm,100mm; move it"),
         ("run --rounds 1 --out text", "text"),
     ] {
         let ran = certainty(at, arguments);
@@ -444,6 +453,35 @@ fn bad_input_is_one_line_and_exit_code_2() {
         assert!(ran.stderr.contains(says), "{arguments}: {}", ran.stderr);
         assert_eq!(ran.stdout, "", "{arguments}");
     }
+}
+
+/// It was read whole, until there was no memory left.
+#[cfg(target_os = "linux")]
+#[test]
+fn an_image_without_end_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let ran = certainty(folder.path(), "run --on board --image /dev/zero");
+    let line = ran.refusal();
+    assert!(
+        line.contains("/dev/zero") && line.contains("over 64 MiB"),
+        "{line}"
+    );
+}
+
+#[test]
+fn an_image_of_another_backend_is_refused_with_its_name() {
+    let Some(image) = firmware::image("qemu") else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = format!("run --on board --image {}", image.display());
+    let ran = certainty(folder.path(), &arguments);
+    let line = ran.refusal();
+    assert!(line.contains(image.to_str().unwrap()), "{line}");
+    assert!(
+        line.contains("--on board runs the one called smart_car"),
+        "{line}"
+    );
 }
 
 #[test]

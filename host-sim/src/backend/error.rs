@@ -32,10 +32,12 @@ pub enum BackendError {
     #[error("qemu-system-arm cannot be started: {0}")]
     Qemu(String),
     /// The emulator ended before its time.
-    #[error("the emulator ended before the last round: is the image one of this version?")]
+    #[error("the emulator ended before the last round; build its image anew with `cargo firmware`")]
     Ended,
     /// Nothing came from the emulator any more.
-    #[error("the emulator fell silent before the last round: is the image one of this version?")]
+    #[error(
+        "the emulator fell silent before the last round; build its image anew with `cargo firmware`"
+    )]
     Silent,
     /// The image asks for what there is not.
     #[error("the image speaks another language: build it anew with `cargo firmware`")]

@@ -5,7 +5,8 @@ use core::fmt;
 use object::{Object, ObjectSection, ObjectSymbol, SectionKind};
 use serde::Serialize;
 use std::env;
-use std::fs;
+use std::fs::File;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 /// What an image takes before its first instruction.
@@ -26,6 +27,9 @@ pub struct Image {
     stack_room: u32,
 }
 
+/// Largest file that is read, in bytes: what is flashed is 128 KiB at the most, the rest is for debuggers.
+const MOST_BYTES: u64 = 64 << 20;
+
 /// Where `cargo firmware` leaves its images, seen from the folder of build results.
 const BUILT: &str = "thumbv7m-none-eabi/firmware";
 
@@ -38,14 +42,22 @@ impl Image {
     /// program for a microcontroller.
     pub fn load(path: Option<&Path>, name: &str) -> Result<Self, BackendError> {
         let path = path.map_or_else(|| built(name), Path::to_path_buf);
-        let bytes = fs::read(&path).map_err(|error| BackendError::NoImage {
+        let unreadable = |error: io::Error| BackendError::NoImage {
             path: path.clone(),
             why: error.to_string(),
-        })?;
+        };
         let bad = |why: &dyn fmt::Display| BackendError::BadImage {
             path: path.clone(),
             why: why.to_string(),
         };
+        let mut bytes = Vec::new();
+        // One byte more than is allowed tells a long file, or a device without end.
+        File::open(&path)
+            .and_then(|file| file.take(MOST_BYTES + 1).read_to_end(&mut bytes))
+            .map_err(unreadable)?;
+        if bytes.len() as u64 > MOST_BYTES {
+            return Err(bad(&"it is over 64 MiB"));
+        }
         let file = object::File::parse(&*bytes).map_err(|error| bad(&error))?;
         let sizes = sizes(&file);
         let symbol = |name| file.symbols().find(|symbol| symbol.name() == Ok(name));

@@ -3,7 +3,7 @@
 use super::table::{row, table};
 use super::{Failure, output};
 use crate::calibration::{Assessment, Spread, error_histogram, error_over_distance, load, typical};
-use crate::export::OutDir;
+use crate::export::{OutDir, shown};
 use crate::quantity::{self, Excerpt};
 use crate::transducer::{GP2D02_UNITS, MeasuredUnit};
 use certainty_core::units::Millimeters;
@@ -190,7 +190,7 @@ fn told(units: &[Assessment], out: &Path) -> String {
              too near or as no object.\n";
     text += &format!(
         "Charts in {}: calibrate-errors and calibrate-over-distance, .png and .svg, of {}.\n",
-        out.display(),
+        shown(out),
         if units.len() > 3 {
             "the units with the least, the middle and the largest sd"
         } else {

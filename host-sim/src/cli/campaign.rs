@@ -6,7 +6,7 @@ use super::table::{row, table};
 use super::{Failure, output, progress};
 use crate::experiment::campaign::{Campaign, CampaignError, Row, Selection};
 use crate::experiment::{Estimate, Waits, standard_deviation};
-use crate::export::{ExportError, OutDir};
+use crate::export::{ExportError, OutDir, shown};
 use crate::fusion::Rules;
 use crate::plot::{Axis, BarChart, BarSeries};
 use clap::Args;
@@ -76,7 +76,7 @@ fn into_file(campaign: &Campaign, path: &Path) -> Result<(), Failure> {
     if journal.dropped() > 0 {
         output::note(&format!(
             "{}: left in the middle of a scenario; going on after the {before} that are whole",
-            path.display()
+            shown(path)
         ));
     }
     let bar = progress::bar("scenarios", all as u64);
@@ -88,7 +88,7 @@ fn into_file(campaign: &Campaign, path: &Path) -> Result<(), Failure> {
     bar.finish_and_clear();
     output::print(&format!(
         "{}: {all} scenarios, {} of them new\n",
-        path.display(),
+        shown(path),
         all - before
     ))
 }
@@ -263,7 +263,7 @@ impl<'a> Summary<'a> {
         text += &format!(
             "\ncharts in {}: campaign-missed.png and campaign-ghosts.png, also as SVG; whiskers: the spread \
          over scenarios\n",
-            arguments.out.display()
+            shown(&arguments.out)
         );
         text
     }

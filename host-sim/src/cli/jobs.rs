@@ -12,6 +12,11 @@ pub(super) struct Jobs {
 }
 
 impl Jobs {
+    /// Whether a number was given.
+    pub(super) const fn are_given(self) -> bool {
+        self.jobs.is_some()
+    }
+
     /// Runs `work` where `rayon` has so many threads.
     pub(super) fn run<T: Send>(self, work: impl FnOnce() -> T + Send) -> Result<T, Failure> {
         // Zero lets rayon count the cores.

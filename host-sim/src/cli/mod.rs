@@ -11,6 +11,7 @@ mod failure;
 mod health;
 mod jobs;
 mod monitor;
+mod or_none;
 mod outlines;
 mod output;
 mod overview;
@@ -28,7 +29,7 @@ mod table2;
 use crate::export::MapImage;
 use certainty_core::certainty::Certainty;
 use certainty_core::fusion::Geometry;
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use failure::Failure;
 use std::process::ExitCode;
 
@@ -94,7 +95,10 @@ pub fn main() -> ExitCode {
             Command::Calibrate(arguments) => calibrate::run(&arguments),
             Command::Monitor(arguments) => monitor::run(&arguments),
         },
-        Err(error) => failure::usage(&error),
+        Err(error) => {
+            let arguments: Vec<_> = std::env::args_os().skip(1).collect();
+            failure::usage(&error, &Cli::command(), &arguments)
+        }
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
@@ -105,7 +109,6 @@ pub fn main() -> ExitCode {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory;
 
     #[test]
     fn the_arguments_are_consistent() {

@@ -1,6 +1,7 @@
 //! Stdout and stderr, which may be closed, no terminal, or without colour.
 
 use super::Failure;
+use crate::export::shown;
 use serde::Serialize;
 use std::io::{ErrorKind, IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -21,7 +22,9 @@ pub(super) fn offer(text: &str) -> Result<bool, Failure> {
     {
         Ok(()) => Ok(true),
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(false),
-        Err(error) => Err(Failure::Input(format!("stdout: cannot write: {error}"))),
+        Err(error) => Err(Failure::Input(format!(
+            "stdout: cannot write: {error}; free space, or send it to another file or program"
+        ))),
     }
 }
 
@@ -46,6 +49,12 @@ pub(super) fn check_listable(json: bool, out: &Path) -> Result<(), Failure> {
 pub(super) fn listed(files: &[PathBuf]) -> Vec<String> {
     let text = |file: &PathBuf| file.to_string_lossy().into_owned();
     files.iter().map(text).collect()
+}
+
+/// Paths as a line for people has them.
+pub(super) fn told(files: &[PathBuf]) -> String {
+    let files: Vec<String> = files.iter().map(|file| shown(file)).collect();
+    files.join(" ")
 }
 
 /// Writes a line to stderr, if there is anyone to read it.

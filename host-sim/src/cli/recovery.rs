@@ -7,7 +7,7 @@ use crate::experiment::Crew;
 use crate::experiment::recovery::{
     ConfidenceTrace, Count, Course, FAULTY, Noise, OverSeeds, READINGS, Recovery, Spread, share,
 };
-use crate::export::{ExportError, OutDir};
+use crate::export::{ExportError, OutDir, shown};
 use crate::fault::FaultSpec;
 use crate::fusion::Rules;
 use crate::plot::{Axis, Line, LineChart, Span};
@@ -359,5 +359,5 @@ fn after(readings: Option<usize>) -> String {
 }
 
 fn within(out: &Path, file: &str) -> String {
-    out.join(file).display().to_string()
+    shown(&out.join(file))
 }

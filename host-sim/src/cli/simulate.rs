@@ -1,14 +1,16 @@
 //! `certainty simulate`: the Smart Car in a world, every method on the same readings.
 
 use super::health::{HealthReport, caveat};
+use super::or_none::{self, OrNone};
 use super::overview::overview;
 use super::panels::{Mark, Panel, side_by_side};
 use super::table::{row, table};
 use super::{Failure, map_image, output};
-use crate::experiment::{Crew, Length, MethodResult, Run, STEP_MS, Setup, Truth};
-use crate::export::{OutDir, write_grey_png};
+use crate::experiment::{Crew, Length, MethodResult, Run, STEP_MS, Setup, SetupError, Truth};
+use crate::export::{OutDir, shown, write_grey_png};
 use crate::fault::FaultSpec;
 use crate::fusion::Method;
+use crate::quantity::Excerpt;
 use crate::world::World;
 use certainty_core::certainty::Certainty;
 use certainty_firmware::smart_car::SWEEP;
@@ -34,7 +36,7 @@ pub(super) struct Arguments {
     /// What is wrong with a sensor, such as stuck-near:1=250mm@3s..8s, or none; repeatable
     /// [default: stuck-far:2, if there are three sensors]
     #[arg(long = "fault", value_name = "SPEC|none")]
-    faults: Vec<FaultArgument>,
+    faults: Vec<OrNone<FaultSpec>>,
     /// How many readings, of all sensors together [default: four sweeps of every head]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     readings: Option<u32>,
@@ -55,24 +57,6 @@ pub(super) struct Arguments {
     /// Print one JSON document instead
     #[arg(long)]
     json: bool,
-}
-
-/// A fault, or the word that there is none.
-#[derive(Debug, Clone)]
-enum FaultArgument {
-    None,
-    Some(FaultSpec),
-}
-
-impl FromStr for FaultArgument {
-    type Err = <FaultSpec as FromStr>::Err;
-
-    fn from_str(text: &str) -> Result<Self, Self::Err> {
-        match text {
-            "none" => Ok(Self::None),
-            spec => spec.parse().map(Self::Some),
-        }
-    }
 }
 
 /// One method or all.
@@ -97,15 +81,11 @@ impl FromStr for FusionArgument {
 }
 
 impl Arguments {
-    fn faults(&self) -> Vec<FaultSpec> {
+    fn faults(&self) -> Result<Vec<FaultSpec>, Failure> {
         if self.faults.is_empty() && self.sensors.count() >= 3 {
-            return "stuck-far:2".parse().into_iter().collect();
+            return Ok("stuck-far:2".parse().into_iter().collect());
         }
-        let wanted = self.faults.iter().filter_map(|fault| match fault {
-            FaultArgument::None => None,
-            FaultArgument::Some(spec) => Some(spec.clone()),
-        });
-        wanted.collect()
+        or_none::given("--fault", &self.faults)
     }
 
     fn setup(&self) -> Result<Setup, Failure> {
@@ -117,7 +97,7 @@ impl Arguments {
         let length = Length::Readings(self.readings.unwrap_or(SWEEPS * sweep));
         let crew = self.sensors.clone();
         Ok(Setup {
-            faults: self.faults(),
+            faults: self.faults()?,
             ..Setup::smart_car(Arc::new(world), crew, length, self.seed)
         })
     }
@@ -141,7 +121,9 @@ struct Simulated {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     output::check_listable(arguments.json, &arguments.out)?;
     let setup = arguments.setup()?;
-    let run = setup.run().map_err(|error| Failure::input(&error))?;
+    let run = setup
+        .run()
+        .map_err(|SetupError::Fault(error)| Failure::Input(format!("--fault: {error}")))?;
     let methods = arguments.methods().into_iter();
     let simulated = Simulated {
         methods: methods.map(|method| run.fuse(method)).collect(),
@@ -290,7 +272,7 @@ fn told(simulated: &Simulated, out: &Path) -> String {
     };
     let mut text = format!(
         "world: {}   sensors: {}   readings: {}   seed: {}\nfault: {faults}\n\n",
-        setup.world.name(),
+        Excerpt::new(setup.world.name()),
         setup.crew,
         run.readings.len(),
         setup.seed
@@ -347,7 +329,7 @@ fn told(simulated: &Simulated, out: &Path) -> String {
         run.readings.len() as f64 / f64::from(setup.crew.count()) * f64::from(STEP_MS) / 1e3;
     text += &format!(
         "\n{seconds:.0} s of the car's time; pictures in {}: overview.png shows all maps\n",
-        out.display()
+        shown(out)
     );
     text
 }

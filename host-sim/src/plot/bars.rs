@@ -98,6 +98,7 @@ impl BarChart {
             x: "",
             y: self.y.title(),
             legend: &legend,
+            above: 0.0,
         };
         let mut frame = Frame::new(words, Bottom::Names(&self.groups), &y);
         // A group's bars fill three quarters of its place.

@@ -13,7 +13,8 @@ pub(super) const Y_TICKS: u32 = 7;
 const MARGIN: f64 = 36.0;
 const TITLE: f64 = 34.0;
 const AXIS_TITLE: f64 = 26.0;
-const LABEL: f64 = 24.0;
+/// How large a label is, in pixels.
+pub(super) const LABEL: f64 = 24.0;
 const LEGEND_ROW: f64 = 38.0;
 /// More rows would leave little of the chart.
 const MOST_LEGEND_ROWS: usize = 6;
@@ -43,6 +44,8 @@ pub(super) struct Words<'a> {
     pub x: &'a str,
     pub y: &'a str,
     pub legend: &'a [(String, Sign)],
+    /// How many pixels are left free above the data.
+    pub above: f64,
 }
 
 /// A picture with all but the data, and where the data go.
@@ -81,7 +84,7 @@ impl Frame {
         };
         frame.write(words.title, TITLE, (left, MARGIN + TITLE * 0.8), right);
         frame.legend(words.legend);
-        frame.top += 16.0;
+        frame.top += 16.0 + words.above;
         // Names stand upright where they are too wide for their part of the axis.
         let (upright, below) = match x {
             Bottom::Numbers(_) => (false, LABEL * 1.6),

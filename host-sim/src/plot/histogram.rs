@@ -162,6 +162,7 @@ impl Histogram {
             x: self.x.title(),
             y: self.y.title(),
             legend: &legend,
+            above: 0.0,
         };
         let mut frame = Frame::new(words, Bottom::Numbers(&x), &y);
         let Some(bins) = bins else {

@@ -1,10 +1,10 @@
 //! What changes over something: lines, bands around them, intervals set off.
 
 use super::axis::{Axis, Scale};
-use super::font;
 use super::frame::{Bottom, Frame, Sign, Words, X_TICKS, Y_TICKS};
-use super::palette::{SHADE, series};
+use super::palette::series;
 use super::picture::{Picture, Place, Stroke};
+use super::shading::Shading;
 use crate::export::{ExportError, OutDir};
 use std::path::PathBuf;
 
@@ -99,7 +99,7 @@ impl Line {
         points.map(|(&(x, _), &(low, high))| (x, low, high))
     }
 
-    fn stroke(&self, index: usize) -> Stroke {
+    pub(super) fn stroke(&self, index: usize) -> Stroke {
         Stroke {
             colour: series(index),
             width: 4.0,
@@ -117,6 +117,16 @@ pub struct Span {
     pub to: f64,
     /// What is written into it.
     pub label: String,
+}
+
+impl Span {
+    pub(super) const fn low(&self) -> f64 {
+        self.from.min(self.to)
+    }
+
+    pub(super) const fn high(&self) -> f64 {
+        self.from.max(self.to)
+    }
 }
 
 impl LineChart {
@@ -157,9 +167,16 @@ impl LineChart {
             x: self.x.title(),
             y: self.y.title(),
             legend: &legend,
+            above: 0.0,
+        };
+        let frame = Frame::new(words, Bottom::Numbers(&x), &y);
+        let shading = Shading::of(&self.shaded, &frame, &x);
+        let words = Words {
+            above: shading.height(),
+            ..words
         };
         let mut frame = Frame::new(words, Bottom::Numbers(&x), &y);
-        self.shade(&mut frame, &x);
+        shading.draw(&mut frame, &x);
         let place = |frame: &Frame, at: (f64, f64)| frame.at(x.part(at.0), y.part(at.1));
         for (index, line) in self.lines.iter().enumerate() {
             let points: Vec<_> = line.band().collect();
@@ -185,28 +202,6 @@ impl LineChart {
             frame.say_no_data();
         }
         frame.finished()
-    }
-
-    fn shade(&self, frame: &mut Frame, x: &Scale) {
-        for (number, span) in self.shaded.iter().enumerate() {
-            if !(span.to - span.from).is_finite() {
-                continue;
-            }
-            let (from, to) = (span.from.min(span.to), span.from.max(span.to));
-            let (left, bottom) = frame.at(x.part(from), 0.0);
-            let (right, top) = frame.at(x.part(to), 1.0);
-            frame
-                .picture
-                .rectangle((left, top), (right, bottom), SHADE, 0.16);
-            // Neighbours' labels stand on lines of their own.
-            let base = top + 30.0 + 30.0 * (number % 3) as f64;
-            let (end, _) = frame.at(1.0, 0.0);
-            let wanted = font::width(&span.label, 24.0) + 4.0;
-            let start = (left + 8.0)
-                .min(end - wanted)
-                .max(frame.at(0.0, 0.0).0 + 8.0);
-            frame.note(&span.label, (start, base), end - start);
-        }
     }
 }
 

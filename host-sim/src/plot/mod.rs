@@ -22,7 +22,9 @@ mod palette;
 mod picture;
 mod plan;
 mod raster;
+mod shading;
 mod svg;
+mod to_scale;
 mod track;
 
 pub use axis::Axis;
@@ -30,7 +32,7 @@ pub use bars::{BarChart, BarSeries};
 pub use histogram::{Histogram, Sample};
 pub use lines::{Line, LineChart, Span};
 pub use plan::{Ink, Layer, Plan};
-pub use track::TrackChart;
+pub use track::{Spot, TrackChart};
 
 #[cfg(test)]
 mod tests;

@@ -3,6 +3,8 @@
 /// Red, green, blue.
 pub(super) type Colour = [u8; 3];
 
+/// What everything is drawn on.
+pub(super) const PAPER: Colour = [255, 255, 255];
 /// Text.
 pub(super) const INK: Colour = [34, 34, 34];
 /// Axes and what explains rather than shows.

@@ -1,9 +1,9 @@
 //! Places on a plane, to scale.
 
-use super::axis::{Axis, Scale};
-use super::frame::{Bottom, Frame, Sign, Words, X_TICKS, Y_TICKS};
+use super::frame::Sign;
 use super::palette::series;
 use super::picture::{Picture, Stroke};
+use super::to_scale::{ToScale, around, finite};
 use crate::export::{ExportError, OutDir};
 use std::path::PathBuf;
 
@@ -70,74 +70,35 @@ impl Plan {
     }
 
     fn picture(&self) -> Picture {
-        let places = || {
-            let runs = self.layers.iter().flat_map(|layer| &layer.runs);
-            runs.flatten()
-                .filter(|(x, y)| x.is_finite() && y.is_finite())
-        };
-        let span = |coordinate: fn(&(f64, f64)) -> f64| {
-            let all = places().map(coordinate);
-            let (low, high) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |span, value| {
-                (span.0.min(value), span.1.max(value))
-            });
-            if low > high { (-1.0, 1.0) } else { (low, high) }
-        };
-        let (x, y) = (span(|place| place.0), span(|place| place.1));
         let legend = self.layers.iter().enumerate();
         let legend: Vec<_> = legend
             .map(|(index, layer)| (layer.name.clone(), Sign::Line(layer.ink.stroke(index))))
             .collect();
-        let axis = |name: &str, (from, to): (f64, f64)| {
-            let axis = Axis::new(name, "m").from(from).to(to);
-            let ticks = if name == "x" { X_TICKS } else { Y_TICKS };
-            (Scale::covering(&axis, [from, to].into_iter(), ticks), axis)
-        };
-        let framed = |x: (f64, f64), y: (f64, f64)| {
-            let ((x, x_axis), (y, y_axis)) = (axis("x", x), axis("y", y));
-            let words = Words {
-                title: &self.title,
-                x: x_axis.title(),
-                y: y_axis.title(),
-                legend: &legend,
-            };
-            (Frame::new(words, Bottom::Numbers(&x), &y), x, y)
-        };
-        // A margin, and then more of one direction until a metre is a metre.
-        let margin = 0.05 * (x.1 - x.0).max(y.1 - y.0).max(0.1);
-        let (mut x, mut y) = ((x.0 - margin, x.1 + margin), (y.0 - margin, y.1 + margin));
-        for _ in 0..2 {
-            let (frame, ..) = framed(x, y);
-            let ((left, bottom), (right, top)) = (frame.at(0.0, 0.0), frame.at(1.0, 1.0));
-            let (wide, high) = (right - left, bottom - top);
-            let metre = (wide / (x.1 - x.0)).min(high / (y.1 - y.0));
-            let around = |(low, high): (f64, f64), length: f64| {
-                let middle = f64::midpoint(low, high);
-                (middle - length / 2.0, middle + length / 2.0)
-            };
-            (x, y) = (around(x, wide / metre), around(y, high / metre));
-        }
-        let (mut frame, x, y) = framed(x, y);
+        let places = self.layers.iter().flat_map(|layer| &layer.runs).flatten();
+        let range = around(places);
+        let shown = range.unwrap_or([(-1.0, 1.0); 2]);
+        let mut plane = ToScale::new(&self.title, "m", &legend, shown);
         for (index, layer) in self.layers.iter().enumerate() {
             for run in &layer.runs {
                 let run: Vec<_> = run
                     .iter()
-                    .filter(|(x, y)| x.is_finite() && y.is_finite())
-                    .map(|&(across, up)| frame.at(x.part(across), y.part(up)))
+                    .filter(|place| finite(place))
+                    .map(|&place| plane.at(place))
                     .collect();
                 match layer.ink.radius() {
                     Some(radius) => {
                         for place in run {
-                            frame.picture.dot(place, radius, series(index));
+                            plane.frame.picture.dot(place, radius, series(index));
                         }
                     }
-                    None => frame.picture.line(run, layer.ink.stroke(index)),
+                    None => plane.frame.picture.line(run, layer.ink.stroke(index)),
                 }
             }
         }
-        if places().next().is_none() {
-            frame.say_no_data();
+        if range.is_none() {
+            plane.frame.say_no_data();
         }
-        frame.finished()
+        plane.frame.finished()
     }
 }
 

@@ -187,6 +187,50 @@ fn unusual() -> Vec<(&'static str, Picture)> {
     ]
 }
 
+/// Intervals as many faults have them: over each other, after each other, at once.
+fn many_spans() -> Vec<Span> {
+    let span = |number: u32| {
+        let from = f64::from(number * 7 % 20);
+        Span {
+            from,
+            to: from + f64::from(number % 5) * 2.0,
+            label: format!("fault of sensor {number}"),
+        }
+    };
+    (0..30).map(span).collect()
+}
+
+#[test]
+fn many_intervals_are_told_apart_above_the_data_and_do_not_grow_dark() {
+    let lines = || vec![Line::new("only", vec![(0.0, 0.0), (20.0, 1.0)])];
+    for count in [2, 3, 7, 30] {
+        let spans = many_spans().into_iter().take(count).collect();
+        let picture = line_chart(lines(), spans).picture();
+        assert_legible("spans", &picture);
+        assert_within("spans", &picture);
+        let labels = picture.shapes.iter().filter_map(extent).collect::<Vec<_>>();
+        let areas = picture.shapes.iter().filter_map(|shape| match shape {
+            Shape::Area(points, _, opacity) => Some((points, *opacity)),
+            _ => None,
+        });
+        let (shades, bars): (Vec<_>, Vec<_>) = areas.partition(|area| area.1 < 0.2);
+        let top = shades[0].0[0].1;
+        for (number, (a, _)) in shades.iter().enumerate() {
+            for (b, _) in &shades[..number] {
+                assert!(a[0].0 >= b[2].0 || b[0].0 >= a[2].0, "{a:?} darkens {b:?}");
+            }
+        }
+        assert!(
+            bars.iter().all(|(bar, _)| bar[2].1 <= top),
+            "{count}: above the data"
+        );
+        assert!(bars.len() == count || says(&picture, &format!("and {} more", count - bars.len())));
+        let above = labels.iter().filter(|label| label[3] <= top).count();
+        // The title, and on the left the y axis's first label or two, are above it too.
+        assert!(above > bars.len(), "{above} labels for {} bars", bars.len());
+    }
+}
+
 fn bytes(picture: &Picture) -> (Vec<u8>, String) {
     let mut png = Vec::new();
     raster::write(picture, &mut png).unwrap();

@@ -85,6 +85,30 @@ pub enum Happening {
     TimeOver,
 }
 
+/// Whose word an event is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Voice {
+    /// The simulator's, which knows.
+    Truth,
+    /// The robot's: what it believes, and what it does for that.
+    Robot,
+}
+
+impl Happening {
+    /// Returns whose word it is.
+    #[must_use]
+    pub const fn voice(self) -> Voice {
+        match self {
+            Self::FaultBegan(_)
+            | Self::FaultEnded(_)
+            | Self::Collision
+            | Self::Reached
+            | Self::TimeOver => Voice::Truth,
+            Self::Distrusted(_) | Self::TrustedAgain(_) | Self::Caution(_) => Voice::Robot,
+        }
+    }
+}
+
 impl fmt::Display for Happening {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

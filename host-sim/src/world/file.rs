@@ -8,8 +8,9 @@ use super::{Obstacle, ObstacleError, World};
 use crate::quantity::{self, QuantityError, SignedMillimeters};
 use crate::toml_file::{self, TomlError, TomlFile};
 use certainty_core::units::{BinaryAngle, Millimeters, Point};
+use core::fmt;
 use core::ops::Range;
-use serde::de::{Deserialize, Deserializer, Error as _};
+use serde::de::{self, Deserialize, Deserializer, Visitor};
 use std::path::Path;
 use toml::Spanned;
 
@@ -20,8 +21,7 @@ const WHAT: &str = "world file";
 const WALL_THICKNESS: Millimeters = Millimeters::new(20);
 
 /// What a world file must hold at the least.
-const SAMPLE: &str =
-    r#"add for example: [[disc]] center = ["0mm", "500mm"] radius = "80mm", on three lines"#;
+const SAMPLE: &str = r#"[[disc]] center = ["0mm", "500mm"] radius = "80mm", on three lines"#;
 
 impl World {
     /// Reads the world file at `path`.
@@ -62,13 +62,15 @@ impl World {
             file,
             bytes,
             what: WHAT,
+            sample: SAMPLE,
         };
         let parsed: WorldFile = file.parse()?;
         let obstacles = parsed
             .obstacles()
             .map_err(|(at, e)| file.invalid(at.start, e.to_string()))?;
         if obstacles.is_empty() {
-            return Err(file.invalid(bytes.len(), format!("the world has no obstacle: {SAMPLE}")));
+            let problem = format!("the world has no obstacle: add for example: {SAMPLE}");
+            return Err(file.invalid(bytes.len(), problem));
         }
         Ok(Self::new(
             parsed.name.unwrap_or_else(|| file.file.to_owned()),
@@ -152,28 +154,55 @@ struct Length(Millimeters);
 #[derive(Debug)]
 struct Angle(BinaryAngle);
 
-/// Reads a string and hands it to a quantity's parser, so that its complaint gets the place.
-fn quantity<'de, D: Deserializer<'de>, T>(
-    deserializer: D,
+/// Hands a string to a quantity's parser, so that its complaint gets the place.
+struct Written<T> {
+    /// What is expected, for what is no string.
+    expected: &'static str,
     parse: fn(&str) -> Result<T, QuantityError>,
-) -> Result<T, D::Error> {
-    parse(&String::deserialize(deserializer)?).map_err(D::Error::custom)
 }
+
+impl<T> Visitor<'_> for Written<T> {
+    type Value = T;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.expected)
+    }
+
+    fn visit_str<E: de::Error>(self, text: &str) -> Result<T, E> {
+        (self.parse)(text).map_err(E::custom)
+    }
+}
+
+/// A length that may be below zero, as a coordinate is.
+const SIGNED_LENGTH: Written<SignedMillimeters> = Written {
+    expected: r#"a length in quotes, such as "-200mm" or "8m""#,
+    parse: quantity::signed_length,
+};
+
+const LENGTH: Written<Millimeters> = Written {
+    expected: r#"a length in quotes, such as "100mm" or "8m""#,
+    parse: quantity::length,
+};
+
+const ANGLE: Written<BinaryAngle> = Written {
+    expected: r#"an angle in quotes, such as "15deg""#,
+    parse: quantity::angle,
+};
 
 impl<'de> Deserialize<'de> for Coordinate {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        quantity(deserializer, quantity::signed_length).map(Self)
+        deserializer.deserialize_str(SIGNED_LENGTH).map(Self)
     }
 }
 
 impl<'de> Deserialize<'de> for Length {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        quantity(deserializer, quantity::length).map(Self)
+        deserializer.deserialize_str(LENGTH).map(Self)
     }
 }
 
 impl<'de> Deserialize<'de> for Angle {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        quantity(deserializer, quantity::angle).map(Self)
+        deserializer.deserialize_str(ANGLE).map(Self)
     }
 }

@@ -40,6 +40,19 @@ pub enum Shape {
     },
 }
 
+impl fmt::Display for Obstacle {
+    /// Writes what it is and where, such as *the disc around 500mm,0mm*.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (what, centre) = match self.0 {
+            Outline::Box { centre, .. } => ("box or wall", centre),
+            Outline::Disc { centre, .. } => ("disc", centre),
+        };
+        // No zero is written with a sign.
+        let (x, y) = (centre.x.round() + 0.0, centre.y.round() + 0.0);
+        write!(f, "the {what} around {x}mm,{y}mm")
+    }
+}
+
 /// Why an obstacle was refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ObstacleError {

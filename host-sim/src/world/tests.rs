@@ -258,6 +258,31 @@ fn what_is_wrong_with_a_file_is_said_with_its_line() {
         bare.starts_with("w.toml:2: invalid type: integer"),
         "{bare}"
     );
+    assert!(
+        bare.ends_with(r#"expected a length in quotes, such as "-200mm" or "8m""#),
+        "{bare}"
+    );
+    for (text, says) in [
+        (
+            "[[disc]]\ncenter = [\"0mm\", \"1m\"]\nradius = 80",
+            "w.toml:3: invalid type: integer `80`, expected a length in quotes, such as \"100mm\" or \"8m\"",
+        ),
+        (
+            "[[box]]\ncenter = [\"0mm\", \"1m\"]\nsize = [\"1m\", \"1m\"]\nrotation = 1.5",
+            "w.toml:4: invalid type: floating point `1.5`, expected an angle in quotes, such as \"15deg\"",
+        ),
+        (
+            "disc = 5",
+            "w.toml:1: invalid type: integer `5`, expected a sequence; write for example: [[disc]] center",
+        ),
+        (
+            "[[disc]]\ncenter = [\"0mm\"]\nradius = \"1m\"",
+            "write for example: [[disc]] center = [\"0mm\", \"500mm\"]",
+        ),
+    ] {
+        let said = complaint(text);
+        assert!(said.contains(says), "{said}");
+    }
     let missing = complaint("name = \"x\"\n[[disc]]\nradius = \"1m\"");
     assert!(
         missing.starts_with("w.toml:2: missing field `center`"),

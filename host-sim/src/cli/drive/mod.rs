@@ -1,17 +1,17 @@
 //! `certainty drive`: a robot drives to its goal while its sensors fail, \[004\] §4.
 
+mod asked;
 mod figures;
 mod study;
+mod told;
 
 use super::jobs::Jobs;
-use super::table::{row, table};
+use super::or_none::{Name, OrNone};
 use super::{Failure, output};
 use crate::export::OutDir;
-use crate::fault::{Defect, FaultSpec, SensorName};
+use crate::fault::FaultSpec;
 use crate::quantity;
-use crate::robot::sensors::NAMES;
-use crate::robot::{Body, Course, Drive, HealthMode, Manner, MapSource, Memory, Outcome};
-use crate::world::World;
+use crate::robot::{Drive, HealthMode, Manner, MapSource, Memory, Outcome};
 use certainty_core::control::Blame;
 use certainty_core::units::Point;
 use clap::Args;
@@ -22,7 +22,8 @@ use std::path::PathBuf;
 /// What the robot is asked.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// A world file: the robot starts at 0,0 and looks along +x; the built-in course without it
+    /// A world file such as host-sim/data/course.toml, which is the course without it: the robot starts at
+    /// 0,0 and looks along +x
     #[arg(long, value_name = "FILE", conflicts_with = "study")]
     world: Option<PathBuf>,
     /// Where the robot shall be
@@ -37,14 +38,14 @@ pub(super) struct Arguments {
     goal: Point,
     /// A sensor that is silent all the time: FL, OL, SL, SR, OR, FR or scanner; repeatable
     #[arg(long, value_name = "SENSOR|none", conflicts_with = "study")]
-    fail: Vec<String>,
+    fail: Vec<OrNone<Name>>,
     /// What befalls a sensor, such as stuck-far:FL@5s; see certainty simulate --help; repeatable
     #[arg(
         long,
-        value_name = "KIND:SENSOR[=VALUE][@FROM[..TO]]",
+        value_name = "KIND:SENSOR[=VALUE][@FROM[..TO]]|none",
         conflicts_with = "study"
     )]
-    fault: Vec<FaultSpec>,
+    fault: Vec<OrNone<FaultSpec>>,
     /// Who tells the control level which sensors have failed: an oracle, the fusion level, nobody
     #[arg(
         long,
@@ -71,8 +72,8 @@ pub(super) struct Arguments {
         default_value = "diagnosed"
     )]
     memory: Memory,
-    /// Allow full speed however little is seen, as the simulations of [004] do
-    #[arg(long)]
+    /// Allow full speed however little is seen, as the simulations of [004] do; the study has both
+    #[arg(long, conflicts_with = "study")]
     bold: bool,
     /// Names the noise, the slip and the faults' whims; with --study the first of the random courses
     #[arg(
@@ -127,7 +128,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if arguments.study {
         return arguments.jobs.run(|| study::run(arguments))?;
     }
-    let drive = asked(arguments)?;
+    if arguments.jobs.are_given() {
+        let line = "--jobs: one drive has no use for threads; leave it out, or add --study";
+        return Err(Failure::Input(line.into()));
+    }
+    let drive = asked::asked(arguments)?;
     let outcome = drive.run().map_err(|error| Failure::input(&error))?;
     let out = OutDir::create(&arguments.out).map_err(|error| Failure::input(&error))?;
     let written = out.write("drive.csv", |file| write_csv(&outcome, file));
@@ -136,57 +141,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if arguments.json {
         output::print_json(&Report::new(&drive, &outcome))
     } else {
-        output::print(&told(arguments, &drive, &outcome))
+        output::print(&told::told(arguments, &drive, &outcome))
     }
 }
 
-/// The run that the arguments ask for.
-fn asked(arguments: &Arguments) -> Result<Drive, Failure> {
-    let course = match &arguments.world {
-        Some(file) => {
-            let world = World::load(file).map_err(|error| Failure::input(&error))?;
-            Course::to(arguments.goal, world)
-        }
-        None => Course {
-            goal: arguments.goal,
-            ..Course::built_in()
-        },
-    };
-    if Body::new(course.start, arguments.seed).touches(&course.world) {
-        let line = "--world: the robot, 900mm by 600mm around 0,0, starts inside an obstacle; move the \
-                    obstacle";
-        return Err(Failure::Input(line.into()));
+const fn blame_name(blame: Blame) -> &'static str {
+    match blame {
+        Blame::Shared => "shared",
+        Blame::Own => "own",
     }
-    let mut faults = Vec::new();
-    for name in arguments.fail.iter().filter(|name| *name != "none") {
-        let sensor = SensorName::Name(name.clone());
-        if sensor.resolve(&NAMES).is_err() {
-            let shown = quantity::Excerpt::new(name);
-            let names = NAMES.join(", ");
-            let line = format!("--fail: no sensor '{shown}': write one of {names}, or none");
-            return Err(Failure::Input(line));
-        }
-        let silent = format!("dropout:{name}=100%").parse();
-        faults.push(silent.map_err(|error: crate::fault::SpecError| Failure::input(&error))?);
-    }
-    for fault in &arguments.fault {
-        if matches!(fault.fault.defect, Defect::Chatter(_)) {
-            let line = format!(
-                "--fault: {fault}: every sensor is asked once a control step, so none can chatter; \
-                 write another kind"
-            );
-            return Err(Failure::Input(line));
-        }
-        faults.push(fault.clone());
-    }
-    Ok(Drive {
-        course,
-        faults,
-        health: arguments.health,
-        map: arguments.map,
-        manner: manner(arguments),
-        seed: arguments.seed,
-    })
 }
 
 const fn manner(arguments: &Arguments) -> Manner {
@@ -269,57 +232,6 @@ impl Report {
             events: events.collect(),
         }
     }
-}
-
-/// The report for people.
-fn told(arguments: &Arguments, drive: &Drive, outcome: &Outcome) -> String {
-    /// What is more scrolls away; the JSON document has them all.
-    const MOST_EVENTS: usize = 30;
-    let quality = outcome.quality;
-    let faults: Vec<String> = drive.faults.iter().map(ToString::to_string).collect();
-    let faults = if faults.is_empty() {
-        "none".to_owned()
-    } else {
-        faults.join(" ")
-    };
-    let mut text = format!(
-        "world: {}   faults: {faults}   health: {}   obstacles from: {}   seed: {}\n\n",
-        drive.course.world.name(),
-        drive.health,
-        drive.map,
-        drive.seed
-    );
-    let shown = outcome.events.iter().take(MOST_EVENTS);
-    for event in shown {
-        text += &format!("{:7.2} s  {}\n", event.time_s, event.what);
-    }
-    if outcome.events.len() > MOST_EVENTS {
-        text += &format!(
-            "           and {} more\n",
-            outcome.events.len() - MOST_EVENTS
-        );
-    }
-    let rated = |value: Option<f64>, unit: &str| {
-        value.map_or("-".to_owned(), |value| format!("{value:.2} {unit}"))
-    };
-    let clearance = Some(outcome.min_clearance_mm).filter(|clearance| clearance.is_finite());
-    text.push('\n');
-    text += &table(&[
-        row(["goal reached", if outcome.reached { "yes" } else { "no" }]),
-        row(["T", &rated(quality.time_s, "s")]),
-        row(["E", &format!("{:.1} m² s", quality.error)]),
-        row(["S", &format!("{:.3} m/s", quality.speed_deviation)]),
-        row(["s", &rated(quality.route_m, "m")]),
-        row(["v_M", &format!("{:.3} m/s", quality.mean_speed)]),
-        row(["collisions", &outcome.collisions.to_string()]),
-        row(["least clearance", &rated(clearance, "mm")]),
-    ]);
-    text += &format!(
-        "\nevery step in {0}; charts in {1}: drive-track, drive-speeds, drive-goal, drive-angle\n",
-        arguments.out.join("drive.csv").display(),
-        arguments.out.display()
-    );
-    text
 }
 
 #[cfg(test)]

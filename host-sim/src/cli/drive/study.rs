@@ -54,10 +54,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         seed: study.seed,
         worlds: study.worlds,
         map: study.map.to_string(),
-        blame: match study.manner.blame {
-            certainty_core::control::Blame::Shared => "shared",
-            certainty_core::control::Blame::Own => "own",
-        },
+        blame: super::blame_name(study.manner.blame),
         memory: study.manner.memory.name(),
         simulations: simulations.iter().map(of_case).collect(),
         failures: groups(&failures),

@@ -139,7 +139,8 @@ impl Arguments {
         let geometry = self.geometry(&recording)?;
         let model = self.model(recording.beam_width)?;
         let names = vec![""; recording.sensors.into()];
-        let faults = assign(&self.faults, &names).map_err(|error| Failure::input(&error))?;
+        let faults = assign(&self.faults, &names)
+            .map_err(|error| Failure::Input(format!("--fault: {error}")))?;
         let recorded = || Recorded::new(self.max_range);
         let sensors = (0..).map_while(SensorId::from_slot).zip(faults);
         Ok(Replay {

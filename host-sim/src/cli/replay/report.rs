@@ -4,6 +4,7 @@ use super::super::health::{HealthReport, caveat};
 use super::super::output;
 use super::super::table::{row, table};
 use super::{Arguments, Replayed};
+use crate::export::shown;
 use crate::fusion::HostMapper;
 use serde::Serialize;
 use std::path::PathBuf;
@@ -85,7 +86,7 @@ pub(super) fn told(arguments: &Arguments, replayed: &Replayed, files: &[PathBuf]
     let geometry = mapper.geometry();
     let mut text = format!(
         "{}: {} readings: {} echoes, {} without object, {} too near, {} missing\n",
-        arguments.file.display(),
+        shown(&arguments.file),
         recording.beams.len(),
         tally.echo,
         tally.no_object,
@@ -127,7 +128,7 @@ pub(super) fn told(arguments: &Arguments, replayed: &Replayed, files: &[PathBuf]
     text += caveat([arguments.fusion]);
     text.push('\n');
     for file in files {
-        text += &format!("{}\n", file.display());
+        text += &format!("{}\n", shown(file));
     }
     text
 }

@@ -3,7 +3,8 @@
 use super::super::table::{row, table};
 use super::super::{Failure, output};
 use super::{Arguments, listed, numbers};
-use crate::export::OutDir;
+use crate::export::{OutDir, shown};
+use crate::quantity::Excerpt;
 use crate::ring::{Judged, Observation, Vectors, draw};
 use crate::world::World;
 use certainty_core::diagnosis::{ElementKind, Joint};
@@ -148,7 +149,7 @@ fn told(
     let mut text = format!(
         "world: {}   robot: {}mm, {}mm, {:.1}deg   seed: {}   rules: {}\nfault: {faults}\n\
          polygon of {} beams: {} walls, {} pseudo line segments, {} corners, {} edges\n\n",
-        world.name(),
+        Excerpt::new(world.name()),
         robot.at.x_mm(),
         robot.at.y_mm(),
         f64::from(robot.heading.to_bits()) * 360.0 / 65536.0,
@@ -182,7 +183,7 @@ fn told(
     text += &format!(
         "\nfaulty: {}\npictures: {}/ring-*.png, .svg\n",
         listed(&faulty(judged)),
-        arguments.out.display()
+        shown(&arguments.out)
     );
     text
 }

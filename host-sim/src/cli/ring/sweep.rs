@@ -4,6 +4,7 @@ use super::super::simulate::percent;
 use super::super::table::{row, table};
 use super::super::{Failure, output};
 use super::Arguments;
+use crate::quantity::Excerpt;
 use crate::ring::{Extraction, ExtractionRow, KindRow, PoseResult, RingDefect, Sweep, Swept};
 use crate::world::World;
 use serde::Serialize;
@@ -145,7 +146,7 @@ pub(super) fn extraction(arguments: &Arguments, world: &World) -> Result<(), Fai
             row.refused.to_string(),
         ]);
     }
-    let (name, poses, seed) = (world.name(), arguments.poses, arguments.seed);
+    let (name, poses, seed) = (Excerpt::new(world.name()), arguments.poses, arguments.seed);
     let heading = format!("world: {name}   places: {poses}   seed: {seed}\n\n");
     output::print(&(heading + &table(&lines)))
 }

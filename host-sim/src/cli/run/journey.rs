@@ -4,7 +4,7 @@ use super::super::outlines;
 use crate::backend::Received;
 use crate::bench::Stage;
 use crate::export::{ExportError, OutDir};
-use crate::plot::{Line, TrackChart};
+use crate::plot::{Line, Spot, TrackChart};
 use crate::world::World;
 use certainty_core::certainty::Certainty;
 use certainty_core::fusion::Geometry;
@@ -150,6 +150,7 @@ impl<'a> Journey<'a> {
         let line = |name: &str, poses: &mut dyn Iterator<Item = Pose>| {
             Line::new(name, poses.map(|pose| outlines::at(pose.at)).collect())
         };
+        let radius = CONTROL.config().goal_radius.get();
         let chart = TrackChart {
             title: "Track of the Smart Car".into(),
             unit: "m".into(),
@@ -159,7 +160,11 @@ impl<'a> Journey<'a> {
                 line("car", &mut { truly }),
                 line("its own reckoning", &mut { believed }).dashed(),
             ],
-            places: vec![outlines::at(POSE.at), outlines::at(GOAL)],
+            spots: vec![
+                Spot::new("start", outlines::at(POSE.at)),
+                Spot::new(&format!("goal (within {radius}mm)"), outlines::at(GOAL))
+                    .within(f64::from(radius) / 1000.0),
+            ],
         };
         chart.write(out, "run-track").map(Vec::from)
     }

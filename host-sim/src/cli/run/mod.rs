@@ -2,13 +2,14 @@
 
 mod journey;
 
+use super::or_none::{self, OrNone};
 use super::panels::{Mark, Panel, side_by_side};
 use super::table::{row, table};
 use super::{Failure, map_image, output};
 use crate::backend::{self, Backend, BackendError, Heard, MissingCounts, Ran, Received, Sizes};
 use crate::bench::{Bench, BenchFault, BenchSetup};
 use crate::experiment::{Crew, Profile, Reference, Score};
-use crate::export::{OutDir, write_grey_png};
+use crate::export::{OutDir, shown, write_grey_png};
 use crate::transducer::{Look, PerfectSensor};
 use crate::world::World;
 use certainty_core::certainty::Certainty;
@@ -20,7 +21,6 @@ use certainty_firmware::smart_car::{
 };
 use clap::Args;
 use core::num::NonZeroU32;
-use core::str::FromStr;
 use journey::{Journey, JourneyReport};
 use serde::Serialize;
 use std::path::PathBuf;
@@ -40,11 +40,11 @@ pub(super) struct Arguments {
     /// What is wrong with a sensor, its line or a motor, such as stuck-far:2, unplugged:3@3s..8s or
     /// motor-weak:left=95%; repeatable
     #[arg(long = "fault", value_name = "SPEC|none")]
-    faults: Vec<FaultArgument>,
+    faults: Vec<OrNone<BenchFault>>,
     /// The obstacles: a TOML file; without it, the built-in scene
     #[arg(long, value_name = "FILE")]
     world: Option<PathBuf>,
-    /// The image to run in place of the one that `cargo firmware` built
+    /// The image that qemu or board runs in place of the one that `cargo firmware` built
     #[arg(long, value_name = "FILE")]
     image: Option<PathBuf>,
     /// Names the run: the same seed gives the same result
@@ -61,24 +61,6 @@ pub(super) struct Arguments {
     /// Print one JSON document instead
     #[arg(long)]
     json: bool,
-}
-
-/// A fault, or the word that there is none.
-#[derive(Debug, Clone)]
-enum FaultArgument {
-    None,
-    Some(BenchFault),
-}
-
-impl FromStr for FaultArgument {
-    type Err = <BenchFault as FromStr>::Err;
-
-    fn from_str(text: &str) -> Result<Self, Self::Err> {
-        match text {
-            "none" => Ok(Self::None),
-            spec => spec.parse().map(Self::Some),
-        }
-    }
 }
 
 /// The report as JSON; its fields are a contract.
@@ -145,26 +127,31 @@ impl From<MissingCounts> for MissingBecause {
 /// Runs the application and reports.
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     output::check_listable(arguments.json, &arguments.out)?;
+    if arguments.on == Backend::Native && arguments.image.is_some() {
+        let line = "--image: the native backend runs no image; leave it out, or write --on qemu or \
+                    --on board";
+        return Err(Failure::Input(line.into()));
+    }
     let world = match &arguments.world {
         Some(file) => World::load(file).map_err(|error| Failure::input(&error))?,
         None => World::built_in(),
     };
-    let room = world.clearance(POSE.at);
-    if room.is_some_and(|room| room <= f64::from(CHASSIS.radius_mm)) {
-        let radius = CHASSIS.radius_mm;
+    let radius = CHASSIS.radius_mm;
+    let mut obstacles = world.obstacles().iter();
+    if let Some(obstacle) = obstacles.find(|one| one.clearance(POSE.at) <= f64::from(radius)) {
+        let world = arguments
+            .world
+            .as_deref()
+            .map_or_else(|| "--world".into(), shown);
         let line = format!(
-            "--world: the car, {radius}mm around 0,0, starts inside an obstacle; move the obstacle"
+            "{world}: the car, {radius}mm around 0,0, starts inside an obstacle, {obstacle}; move it"
         );
         return Err(Failure::Input(line));
     }
     let world = Arc::new(world);
-    let faults = arguments.faults.iter().filter_map(|fault| match fault {
-        FaultArgument::None => None,
-        FaultArgument::Some(fault) => Some(fault.clone()),
-    });
-    let faults: Vec<BenchFault> = faults.collect();
-    let refused = faults.iter().find_map(BenchFault::refused_channel);
-    if let (Backend::Board, Some((kind, instead))) = (arguments.on, refused) {
+    let faults = or_none::given("--fault", &arguments.faults)?;
+    let deaf = faults.iter().find_map(BenchFault::refused_channel);
+    if let (Backend::Board, Some((kind, instead))) = (arguments.on, deaf) {
         let line = format!(
             "{kind}: the chip's PWM channels cannot fail; write {instead}, or --on native or qemu"
         );
@@ -176,13 +163,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         faults,
         seed: arguments.seed,
     });
-    let bench = bench.map_err(|error| Failure::input(&error))?;
+    let bench = bench.map_err(|error| Failure::Input(format!("--fault: {error}")))?;
     let image = arguments.image.as_deref();
     let outcome = backend::run(arguments.on, image, bench, arguments.rounds);
-    let (received, ran) = outcome.map_err(|error| match error {
-        BackendError::Refused => Failure::Internal(error.to_string()),
-        _ => Failure::input(&error),
-    })?;
+    let (received, ran) = outcome.map_err(|error| refused(arguments, &error))?;
     let out = OutDir::create(&arguments.out).map_err(|error| Failure::input(&error))?;
     let map = received.map();
     let mut files = draw(map.as_ref(), &out)?;
@@ -196,8 +180,33 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         let reference = reference(&world, received.statistics().round, &journey);
         let mut text = told(arguments, &received, &ran, map.as_ref(), &reference);
         text += &journey.told();
-        text += &format!("pictures: {}\n", output::listed(&files).join(" "));
+        text += &format!("pictures: {}\n", output::told(&files));
         output::print(&text)
+    }
+}
+
+/// Why there is no outcome: an image that was named may be no image of this backend.
+fn refused(arguments: &Arguments, error: &BackendError) -> Failure {
+    let odd = matches!(
+        error,
+        BackendError::Ended
+            | BackendError::Silent
+            | BackendError::Language
+            | BackendError::Board(_)
+    );
+    match (error, &arguments.image) {
+        (BackendError::Refused, _) => Failure::Internal(error.to_string()),
+        (_, Some(image)) if odd => {
+            let (on, its) = match arguments.on {
+                Backend::Board => ("board", "smart_car"),
+                Backend::Native | Backend::Qemu => ("qemu", "qemu"),
+            };
+            let image = shown(image);
+            Failure::Input(format!(
+                "{image}: {error}; --on {on} runs the one called {its}"
+            ))
+        }
+        _ => Failure::input(error),
     }
 }
 

@@ -6,6 +6,7 @@ use crate::cli::table::{row, table};
 use crate::experiment::table2::{
     Candidate, Choices, Evaluation, Figures, MethodFigures, Search, factor,
 };
+use crate::export::shown;
 use std::path::PathBuf;
 
 /// The whole report.
@@ -35,10 +36,7 @@ pub(super) fn told(
     if let Some(sensitivity) = sensitivity {
         text += &varied(sensitivity);
     }
-    let files: Vec<_> = files
-        .iter()
-        .map(|file| file.display().to_string())
-        .collect();
+    let files: Vec<_> = files.iter().map(|file| shown(file)).collect();
     text += &format!("\nwritten: {}\n", files.join(", "));
     text
 }

@@ -74,6 +74,7 @@ impl Selection {
             file,
             bytes,
             what: WHAT,
+            sample: "rates = [1, 4] or faults = [\"stuck-far\"]",
         };
         let all = Self::default();
         let written: ScenarioFile = file.parse()?;
