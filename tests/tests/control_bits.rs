@@ -30,12 +30,12 @@ fn a_control_step_takes_the_instructions_that_are_written_down() {
     assert_eq!(ran.code, Some(0), "{ran:?}");
     let printed = format!("{}{}", ran.stdout, ran.stderr);
     for (scene, what, expected) in [
-        ("open", "step", 10_296),
-        ("a post ahead", "step", 32_561),
-        ("walls all around", "step", 146_596),
-        ("nothing remembered", "recollection", 415_023),
-        ("a wall remembered", "recollection", 335_790),
-        ("a wall remembered", "recall", 6295),
+        ("open", "step", 10_321),
+        ("a post ahead", "step", 32_559),
+        ("walls all around", "step", 145_871),
+        ("nothing remembered", "recollection", 532_425),
+        ("a wall remembered", "recollection", 403_127),
+        ("a wall remembered", "cross-check", 38_825),
     ] {
         let told = printed
             .lines()

@@ -84,15 +84,14 @@ impl Sight {
         let mut clear = None;
         for cell in Ray::new(&geometry, from.at, end) {
             let certainty = map.certainty(cell);
-            if certainty > free {
-                let away = from.at.distance(geometry.center(cell));
-                let clear = *clear.get_or_insert(away);
-                if certainty > obstacle {
-                    return Self {
-                        met: Reading::Echo(away),
-                        clear,
-                    };
-                }
+            if certainty <= free {
+                continue;
+            }
+            let away = || from.at.distance(geometry.center(cell));
+            let clear = *clear.get_or_insert_with(away);
+            if certainty > obstacle {
+                let met = Reading::Echo(away());
+                return Self { met, clear };
             }
         }
         Self {

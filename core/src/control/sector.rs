@@ -7,18 +7,19 @@ use crate::fusion::{CertaintyGrid, Environment};
 use crate::transducer::Reading;
 use crate::units::{BinaryAngle, Millimeters, Pose};
 
+/// Rays to either side of the one in the middle.
+const ASIDE: u16 = 5;
+
 /// Rays of a sector.
-const RAYS: usize = 11;
+const RAYS: usize = 2 * ASIDE as usize + 1;
 
 /// Between two rays.
 const STEP: BinaryAngle = BinaryAngle::from_millidegrees(5000);
 
 /// Where the first one points, from where the rangefinder looks: in whole steps, so that the one in the
 /// middle looks where it does.
-const RIGHTMOST: BinaryAngle = {
-    let steps_aside = (RAYS / 2) as u16;
-    BinaryAngle::from_bits(STEP.to_bits().wrapping_mul(steps_aside).wrapping_neg())
-};
+const RIGHTMOST: BinaryAngle =
+    BinaryAngle::from_bits(STEP.to_bits().wrapping_mul(ASIDE).wrapping_neg());
 
 /// What 11 rays meet in the map, 5° from each other: from 25° to the right of where a rangefinder looks
 /// to 25° to the left.

@@ -134,16 +134,16 @@ mod tests {
 
     #[test]
     fn a_map_has_what_can_be_reached_in_cells_of_the_same_size() {
-        let sides = |goal| {
+        let cells = |goal| {
             let course = Course::to(goal, World::new("open", Vec::new()));
             let geometry = course.map(Method::Robust, 7).geometry();
             assert_eq!(geometry.cell_size(), Millimeters::new(100));
             assert!(geometry.cell_at(course.start.at).is_some());
-            (geometry.width(), geometry.height())
+            geometry.cells()
         };
         // 10 m and twice 2 m; 104 m and as much.
-        assert_eq!(sides(GOAL), (141, 41));
+        assert_eq!(cells(GOAL), 141 * 41);
         let far = Point::from_mm(Point::LIMIT, -Point::LIMIT);
-        assert_eq!(sides(far), (1081, 1081));
+        assert_eq!(cells(far), 1081 * 1081);
     }
 }
