@@ -179,6 +179,18 @@ mod tests {
         assert_eq!(completed.failures, Failures::NONE);
     }
 
+    /// Nobody is found broken yet, and nobody is heard: the memory is worth nothing.
+    #[test]
+    fn what_is_remembered_by_the_silent_alone_moves_no_robot() {
+        let memory = memory();
+        let silent = [Reading::Missing(Missing::Timeout); RANGEFINDERS];
+        let completed = memory.complete(&silent, &NOTHING, &failed(0, true));
+        assert_eq!(completed.failures, Failures::ALL);
+        let unheard = [Reading::Missing(Missing::Timeout); BEAMS];
+        let completed = memory.complete(&silent, &unheard, &Failures::NONE);
+        assert_eq!(completed.failures, Failures::ALL);
+    }
+
     #[test]
     fn for_who_is_not_believed_the_memory_speaks_alone() {
         let memory = memory();
