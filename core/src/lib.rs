@@ -6,8 +6,7 @@
 //! |---|---|---|
 //! | transducer | [`transducer`] | a sensor's answer into a [`Reading`](transducer::Reading) that says why it is what it is |
 //! | fusion | [`fusion`], [`health`] | readings into a [`CertaintyGrid`](fusion::CertaintyGrid) and each sensor's [`Health`](health::Health) |
-//! | | [`diagnosis`] | a sonar ring's echoes and a laser scan into each sonar's [`Health`](health::Health) |
-//! | control | [`control`] | readings, failures and a goal into motion; an [`Environment`](fusion::Environment) too |
+//! | control | the package `certainty-control` | readings, failures and a goal into motion; an [`Environment`](fusion::Environment) too |
 //!
 //! Which sensor does what when, and so the order of the readings, is a [`schedule`].
 //!
@@ -22,8 +21,8 @@
 //! | \[001\] §7, memory | [`fusion::owner_bytes`] |
 //! | \[002\] Fig. 1, local sensor validation | [`transducer::Validator`] |
 //! | \[002\] Fig. 1, data flow | [`fusion::Mapper`] |
-//! | \[003\] error detection for a sonar ring | [`diagnosis`] |
-//! | \[004\] §3, eq. 1 to 16 | [`control::Controller`] |
+//! | \[003\] error detection for a sonar ring | the package `certainty-ring` |
+//! | \[004\] §3, eq. 1 to 16 | the package `certainty-control` |
 //!
 //! No heap, no clock, no I/O, no `unsafe`, no panic. The grid's path is integers only: the same
 //! readings give the same bits on a Cortex-M3 and on a workstation.
@@ -47,11 +46,9 @@
 )]
 
 pub mod certainty;
-pub mod control;
-pub mod diagnosis;
 pub mod fusion;
 pub mod health;
-mod narrow;
+pub mod narrow;
 pub mod schedule;
 pub mod sensor;
 pub mod transducer;

@@ -8,27 +8,32 @@
 )]
 
 /// The low 8 bits.
-pub(crate) const fn wrapping_u8(value: u32) -> u8 {
+#[must_use]
+pub const fn wrapping_u8(value: u32) -> u8 {
     value as u8
 }
 
 /// The low 16 bits.
-pub(crate) const fn wrapping_u16(value: u32) -> u16 {
+#[must_use]
+pub const fn wrapping_u16(value: u32) -> u16 {
     value as u16
 }
 
 /// The low 32 bits.
-pub(crate) const fn wrapping_u32(value: i64) -> u32 {
+#[must_use]
+pub const fn wrapping_u32(value: i64) -> u32 {
     value as u32
 }
 
 /// The low 32 bits.
-pub(crate) const fn low_u32(value: u64) -> u32 {
+#[must_use]
+pub const fn low_u32(value: u64) -> u32 {
     value as u32
 }
 
 /// The nearest value of 32 bits.
-pub(crate) const fn saturating_i32(value: i64) -> i32 {
+#[must_use]
+pub const fn saturating_i32(value: i64) -> i32 {
     if value > i32::MAX as i64 {
         i32::MAX
     } else if value < i32::MIN as i64 {
@@ -39,7 +44,8 @@ pub(crate) const fn saturating_i32(value: i64) -> i32 {
 }
 
 /// The nearest value of 16 bits.
-pub(crate) const fn saturating_i16(value: i32) -> i16 {
+#[must_use]
+pub const fn saturating_i16(value: i32) -> i16 {
     if value > i16::MAX as i32 {
         i16::MAX
     } else if value < i16::MIN as i32 {
@@ -50,7 +56,8 @@ pub(crate) const fn saturating_i16(value: i32) -> i16 {
 }
 
 /// The nearest value of 16 bits.
-pub(crate) const fn saturating_u16_of_u64(value: u64) -> u16 {
+#[must_use]
+pub const fn saturating_u16_of_u64(value: u64) -> u16 {
     if value > u16::MAX as u64 {
         u16::MAX
     } else {
@@ -59,7 +66,8 @@ pub(crate) const fn saturating_u16_of_u64(value: u64) -> u16 {
 }
 
 /// The nearest value of 8 bits.
-pub(crate) const fn saturating_i8(value: i64) -> i8 {
+#[must_use]
+pub const fn saturating_i8(value: i64) -> i8 {
     if value > i8::MAX as i64 {
         i8::MAX
     } else if value < i8::MIN as i64 {
@@ -70,7 +78,8 @@ pub(crate) const fn saturating_i8(value: i64) -> i8 {
 }
 
 /// The nearest value of 8 bits.
-pub(crate) const fn saturating_u8(value: u64) -> u8 {
+#[must_use]
+pub const fn saturating_u8(value: u64) -> u8 {
     if value > u8::MAX as u64 {
         u8::MAX
     } else {

@@ -15,8 +15,6 @@
 //! | [`board`] | what the application is wired to, as a list of types |
 //! | [`remote`] | a board whose pins, pulses and time are at the far end of a link |
 //! | [`digest`] | a fingerprint of maps and records, to compare machines |
-//! | [`rehearsal`] | made-up readings through the real fusion level, to compare machines |
-//! | [`ring_rehearsal`] | a made-up room through the real diagnosis of a sonar ring, likewise |
 //!
 //! Everything here runs on the microcontroller and, unchanged, in the host's simulator.
 #![cfg_attr(not(test), no_std)]
@@ -46,9 +44,7 @@ pub mod mailbox;
 pub mod motors;
 pub mod pulse;
 pub mod ranger;
-pub mod rehearsal;
 pub mod remote;
-pub mod ring_rehearsal;
 pub mod servo;
 pub mod smart_car;
 pub mod stopwatch;

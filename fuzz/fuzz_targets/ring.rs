@@ -3,7 +3,7 @@
 //! The first byte chooses where the scan ends and the echoes begin; four bytes are a beam, two an echo.
 #![no_main]
 
-use certainty_core::diagnosis::{
+use certainty_ring::{
     Assessment, Distances, Echoes, INDEPENDENT_OVERLAPS, Monitor, PATHS_OF_A_SENSOR, Polygon,
     PolygonRules, Ring, RingConfig, RingRules, Scan, Scanner,
 };

@@ -6,8 +6,8 @@ mod rules;
 pub use literal::LiteralGrid;
 pub use rules::{Rules, UnknownRules};
 
+use certainty_control::{PerBeam, Recollection, Views, scan_of_map};
 use certainty_core::certainty::Certainty;
-use certainty_core::control::{PerBeam, Recollection, Views, scan_of_map};
 use certainty_core::fusion::{
     Accumulated, BayesGrid, Beam, BeamModel, CertaintyGrid, Environment, Geometry, Latest, Mapper,
     MedianGrid, Middle, RobustGrid, RobustRules, Strength, TrimmedGrid, UnknownSensor, owner_bytes,

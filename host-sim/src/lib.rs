@@ -18,12 +18,10 @@
 //! | [`plot`] | charts as PNG and SVG |
 //! | [`quantity`] | lengths, angles and times with their units |
 //! | [`toml_file`] | files that people write, and complaints with their line |
-//! | [`cli`] | the program `certainty` |
 
 pub mod backend;
 pub mod bench;
 pub mod calibration;
-pub mod cli;
 pub mod experiment;
 pub mod export;
 pub mod fault;

@@ -1,6 +1,6 @@
 //! The firmware's images, built as `cargo firmware` builds them.
 
-use crate::program::{Ran, executable, run};
+use crate::process::{Ran, executable, run};
 use crate::{skipped, workspace};
 use core::time::Duration;
 use std::path::{Path, PathBuf};

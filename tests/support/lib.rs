@@ -1,10 +1,8 @@
-//! What the tests share: running the program, reading its maps, making recordings.
+//! What tests share: building firmware images, running programs, the shared recordings.
 
 pub mod firmware;
-pub mod input;
-pub mod map;
-pub mod program;
-pub mod recording;
+pub mod pgm;
+pub mod process;
 
 use std::path::{Path, PathBuf};
 

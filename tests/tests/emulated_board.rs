@@ -1,6 +1,6 @@
 //! The image that is flashed, pin by pin on the emulated board.
 
-use certainty_core::control::Wheels;
+use certainty_control::Wheels;
 use certainty_firmware::remote::{Channel, Line};
 use certainty_firmware::smart_car::MOTOR;
 use certainty_firmware::telemetry::{Conduct, Drive};

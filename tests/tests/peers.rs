@@ -418,7 +418,7 @@ fn defect_7_unknown_stays_unknown_to_every_loader() {
     assert!(yaml.contains("\noccupied_thresh: 0.65\n"), "{yaml}");
     assert!(yaml.contains("\nnegate: 0\n"), "{yaml}");
     let image = fs::read(files.pgm).unwrap();
-    let (width, height, pixels) = certainty_tests::map::pgm(&image);
+    let (width, height, pixels) = certainty_tests::pgm::pgm(&image);
     assert_eq!((width, height), (3, 1));
     assert_eq!(pixels, [254, 205, 0]);
     // Strictly between the thresholds, so inclusive and exclusive loaders agree.

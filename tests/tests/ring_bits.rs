@@ -1,6 +1,6 @@
 //! The check of a sonar ring gives the same bits on the host and on a Cortex-M3, in 8 KB of RAM.
 
-use certainty_firmware::ring_rehearsal::{self, Outcome};
+use certainty_firmware_bench::ring_rehearsal::{self, Outcome};
 use certainty_tests::firmware;
 
 /// The image has 8 KB of RAM, and a stack that does not fit ends in a fault: that it answers at all is

@@ -1,6 +1,6 @@
 //! The same readings give the same bits on the host and on a Cortex-M3.
 
-use certainty_firmware::rehearsal;
+use certainty_firmware_bench::rehearsal;
 use certainty_tests::firmware;
 use object::{Object, ObjectSymbol};
 use std::fs;

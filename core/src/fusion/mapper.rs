@@ -143,7 +143,7 @@ impl<G: CertaintyGrid, H: AsRef<[Health]> + AsMut<[Health]>> Mapper<G, H> {
     }
 
     /// Returns the sensors' health and the rules that settle it, for whoever else judges these sensors,
-    /// such as the [`Monitor`](crate::diagnosis::Monitor) of a sonar ring.
+    /// such as `certainty_ring::Monitor` of a sonar ring.
     pub fn health_mut(&mut self) -> (&mut [Health], &HealthRules) {
         (self.health.as_mut(), &self.rules)
     }

@@ -196,7 +196,8 @@ const fn sine_q30(steps: u16) -> i32 {
 /// sin of `steps`/2^32 of a turn, in Q30; mirror-symmetric to the last bit.
 ///
 /// Range: every product stays below 2^62, as |sum| < 2^31 and z ≤ 2^30.
-pub(crate) const fn fine_sine_q30(steps: u32) -> i32 {
+#[must_use]
+pub const fn fine_sine_q30(steps: u32) -> i32 {
     const ONE: i64 = 1 << Direction::FRACTION_BITS;
     const HALF: i64 = 1 << (Direction::FRACTION_BITS - 1);
     // Fold into the first quarter: `z` is 0..=2^30, a quarter being one.

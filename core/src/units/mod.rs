@@ -9,7 +9,7 @@ mod length;
 mod place;
 mod ticks;
 
-pub(crate) use angle::fine_sine_q30;
+pub use angle::fine_sine_q30;
 pub use angle::{BinaryAngle, Direction};
 pub use length::Millimeters;
 pub use place::{Point, Pose};

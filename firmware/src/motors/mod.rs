@@ -8,7 +8,7 @@ mod model;
 
 pub use model::{MotorConfig, MotorConfigError, MotorModel};
 
-use certainty_core::control::{Side, Wheels};
+use certainty_control::{Side, Wheels};
 use core::fmt;
 use embedded_hal::pwm::SetDutyCycle;
 

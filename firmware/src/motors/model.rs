@@ -1,7 +1,7 @@
 //! What a motor does with its pulses.
 
 use crate::pulse;
-use certainty_core::control::Signal;
+use certainty_control::Signal;
 use core::fmt;
 
 /// The numbers of a motor's speed controller, or of a continuous servo.
@@ -96,7 +96,7 @@ impl MotorModel {
     /// it is full speed.
     ///
     /// ```
-    /// use certainty_core::control::Signal;
+    /// use certainty_control::Signal;
     /// use certainty_firmware::motors::MotorModel;
     ///
     /// let thrust = |speed| MotorModel::COMMON.thrust_us(Signal::from_num(speed));

@@ -1,5 +1,5 @@
 use super::*;
-use certainty_core::control::Signal;
+use certainty_control::Signal;
 use embedded_hal_mock::eh1::MockError;
 use embedded_hal_mock::eh1::pwm::{Mock as Channel, Transaction as Step};
 use std::io::ErrorKind;

@@ -1,8 +1,8 @@
 //! What can be reported.
 
 use super::wire;
+use certainty_control::{Caution, Wheels};
 use certainty_core::certainty::Certainty;
-use certainty_core::control::{Caution, Wheels};
 use certainty_core::fusion::Geometry;
 use certainty_core::health::{Confidence, Health, Status};
 use certainty_core::sensor::SensorId;

@@ -4,7 +4,7 @@
 //! a change there either leaves these alone or does not compile. What no type of the core can hold is
 //! refused on the way in.
 
-use certainty_core::control::{Signal, Wheels};
+use certainty_control::{Signal, Wheels};
 use certainty_core::fusion::Geometry;
 use certainty_core::health::{Confidence, Status};
 use certainty_core::sensor::SensorId;

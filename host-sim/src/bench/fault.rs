@@ -25,7 +25,7 @@
 
 use super::{LineFault, MotorFault, motor_fault};
 use crate::fault::{FaultSpec, Parts, SensorName, SpecError, Window};
-use certainty_core::control::Side;
+use certainty_control::Side;
 use core::fmt;
 use core::str::FromStr;
 

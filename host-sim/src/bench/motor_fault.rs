@@ -3,7 +3,7 @@
 use super::line_fault::scrambled;
 use crate::fault::{SensorName, SpecError};
 use crate::quantity::{self, Excerpt, Percentage};
-use certainty_core::control::Side;
+use certainty_control::Side;
 use core::fmt;
 
 /// A fault between a motor's channel and the ground under its wheel.

@@ -3,7 +3,7 @@
 use super::{MILLISECOND, MotorFault};
 use crate::fault::Window;
 use crate::world::World;
-use certainty_core::control::Side;
+use certainty_control::Side;
 use certainty_core::schedule::Activity;
 use certainty_core::units::{BinaryAngle, Direction, Point, Pose, Ticks};
 use certainty_firmware::smart_car::{CHASSIS, MOTOR, POSE, SCHEDULE};

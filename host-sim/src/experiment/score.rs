@@ -32,7 +32,7 @@ pub enum Scored {
 
 impl Score {
     /// No distance at all.
-    pub(super) const ZERO: Self = Self {
+    pub const ZERO: Self = Self {
         mae: 0.0,
         mse: 0.0,
         missed: 0.0,
@@ -40,7 +40,8 @@ impl Score {
     };
 
     /// The sum of two, for a mean.
-    pub(super) fn plus(&self, other: &Self) -> Self {
+    #[must_use]
+    pub fn plus(&self, other: &Self) -> Self {
         Self {
             mae: self.mae + other.mae,
             mse: self.mse + other.mse,
@@ -50,7 +51,8 @@ impl Score {
     }
 
     /// A part of it, for a mean.
-    pub(super) fn over(&self, count: f64) -> Self {
+    #[must_use]
+    pub fn over(&self, count: f64) -> Self {
         Self {
             mae: self.mae / count,
             mse: self.mse / count,

@@ -19,4 +19,4 @@ pub use picture::{write_colour_png, write_grey_png};
 pub use ros_map::{MapError, RosMap, RosMapFiles, write_ros_map};
 pub use state::CellState;
 
-pub(crate) use shown::shown;
+pub use shown::shown;

@@ -3,7 +3,8 @@
 use std::path::Path;
 
 /// `path` as text of one line: what would break the line or the terminal is escaped.
-pub(crate) fn shown(path: &Path) -> String {
+#[must_use]
+pub fn shown(path: &Path) -> String {
     one_line(path.display().to_string())
 }
 

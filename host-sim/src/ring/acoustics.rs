@@ -3,8 +3,8 @@
 use super::SONARS;
 use super::surfaces::{Place, Surfaces};
 use crate::world::World;
-use certainty_core::diagnosis::{NEIGHBOURS, Ring};
 use certainty_core::units::{Direction, Pose};
+use certainty_ring::{NEIGHBOURS, Ring};
 
 /// Sound in a world.
 ///

@@ -3,9 +3,9 @@
 use super::BEAMS;
 use crate::transducer::stream::{Purpose, stream};
 use crate::world::World;
-use certainty_core::diagnosis::{Scan, Scanner, ScannerError, TooManyBeams};
 use certainty_core::transducer::Reading;
 use certainty_core::units::{BinaryAngle, Millimeters, Point, Pose};
+use certainty_ring::{Scan, Scanner, ScannerError, TooManyBeams};
 use rand::RngExt;
 use rand_distr::StandardNormal;
 
@@ -69,13 +69,13 @@ impl LaserPair {
     }
 
     /// The beams' directions relative to their scanner, counter-clockwise.
-    pub(super) fn bearings() -> impl Iterator<Item = BinaryAngle> {
+    pub fn bearings() -> impl Iterator<Item = BinaryAngle> {
         let beams = 0..i32::from(HALF);
         beams.map(|beam| BinaryAngle::from_millidegrees(beam * 500 - 90_000))
     }
 
     /// The scanners, in the order of their beams.
-    pub(super) fn scanners(&self) -> impl Iterator<Item = &Scanner> {
+    pub fn scanners(&self) -> impl Iterator<Item = &Scanner> {
         self.scanners.iter().map(|(scanner, _)| scanner)
     }
 

@@ -1,30 +1,26 @@
 //! A sonar ring and two laser scanners in a world (\[003\]): what they measure, and which sonar is wrong.
 //!
 //! The lasers and the acoustics here know the world itself, in floating point; what is made of their
-//! readings is the core's [`diagnosis`](certainty_core::diagnosis), which knows the readings alone.
+//! readings is the core's [`diagnosis`](certainty_ring), which knows the readings alone.
 
 mod acoustics;
-mod extraction;
 mod fault;
 mod lasers;
 mod observation;
 mod picture;
 mod recording;
-mod surfaces;
-mod sweep;
+pub mod surfaces;
 
 pub use acoustics::{Acoustics, Turned};
-pub use extraction::{Extraction, ExtractionRow};
 pub use fault::{RingDefect, RingFault, RingFaultError};
 pub use lasers::{LaserPair, ScannerModel};
-pub use observation::{Judged, Observation, Situation};
+pub use observation::{Judged, Observation, Situation, Vectors};
 pub use picture::draw;
 pub use recording::{
     DirectAssessment, FrozenRun, RecordingError, RingRecording, SensorSummary, WideRing,
 };
-pub use sweep::{KindRow, PoseResult, Sweep, SweepError, Swept, Vectors};
 
-use certainty_core::diagnosis::{Ring, RingConfig};
+use certainty_ring::{Ring, RingConfig};
 
 /// How many sonars the ring has.
 pub const SONARS: usize = 24;

@@ -6,15 +6,16 @@ use super::lasers::{LaserPair, ScannerModel};
 use super::{BEAMS, ELEMENTS, SONARS, paper_ring};
 use crate::transducer::stream::{Purpose, stream};
 use crate::world::World;
-use certainty_core::diagnosis::{
-    Assessment, Distances, Echoes, Monitor, NEIGHBOURS, Polygon, PolygonRules, Ring, RingRules,
-    Scan, TooManyElements,
-};
 use certainty_core::sensor::SensorId;
 use certainty_core::transducer::Reading;
 use certainty_core::units::{Millimeters, Pose};
+use certainty_ring::{
+    Assessment, Distances, Echoes, Monitor, NEIGHBOURS, Polygon, PolygonRules, Ring, RingRules,
+    Scan, TooManyElements,
+};
 use rand::RngExt;
 use rand_distr::StandardNormal;
+use serde::Serialize;
 
 /// A row's length: a sonar and its neighbours.
 const HEARERS: usize = 2 * NEIGHBOURS as usize + 1;
@@ -222,4 +223,28 @@ impl<'a> Situation<'a> {
 /// The place in the ring of the receiver in this column of a transmitter's row.
 fn receiver(from: usize, column: usize) -> usize {
     (from + column + SONARS - usize::from(NEIGHBOURS)) % SONARS
+}
+
+/// The three confidence vectors.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Vectors {
+    /// \[003\] §5.
+    pub simulation_based: Vec<u8>,
+    /// \[003\] §6.
+    pub intersection_based: Vec<u8>,
+    /// \[003\] §7.
+    pub overall: Vec<u8>,
+}
+
+impl Vectors {
+    /// The vectors of an assessment.
+    #[must_use]
+    pub fn of(judged: &Judged) -> Self {
+        let assessment = &judged.assessment;
+        Self {
+            simulation_based: assessment.simulation_based().to_vec(),
+            intersection_based: assessment.intersection_based().to_vec(),
+            overall: assessment.overall().to_vec(),
+        }
+    }
 }

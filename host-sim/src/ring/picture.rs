@@ -1,13 +1,13 @@
 //! Pictures of one look around, as the figures of \[003\] show them.
 
 use super::observation::{Judged, Observation, Situation};
-use super::{SONARS, sweep::Vectors};
+use super::{SONARS, Vectors};
 use crate::export::{ExportError, OutDir};
 use crate::plot::{Axis, BarChart, BarSeries, Ink, Layer, Plan};
-use certainty_core::diagnosis::{
+use certainty_core::units::BinaryAngle;
+use certainty_ring::{
     Distances, Element, ElementKind, FinePoint, Folded, Path, independent_overlaps,
 };
-use certainty_core::units::BinaryAngle;
 use std::path::PathBuf;
 
 /// Metres of the robot's frame.

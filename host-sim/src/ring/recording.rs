@@ -3,12 +3,12 @@
 use super::SONARS;
 use crate::export::shown;
 use crate::quantity::Excerpt;
-use certainty_core::diagnosis::{
-    Distances, Echoes, Overlap, Ring, RingRules, independent_overlaps, intersection_based,
-};
 use certainty_core::sensor::SensorId;
 use certainty_core::transducer::{Missing, Reading};
 use certainty_core::units::Millimeters;
+use certainty_ring::{
+    Distances, Echoes, Overlap, Ring, RingRules, independent_overlaps, intersection_based,
+};
 use serde::Serialize;
 use std::fs::File;
 use std::io::{self, Read};
@@ -343,7 +343,7 @@ fn told(run: &[Row], slot: usize) -> FrozenRun {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use certainty_core::diagnosis::RingConfig;
+    use certainty_ring::RingConfig;
 
     const RANGE: Millimeters = Millimeters::new(5000);
 

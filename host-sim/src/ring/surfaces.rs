@@ -3,15 +3,18 @@
 use crate::world::{Shape, World};
 
 /// A place or displacement in millimetres.
-pub(super) type Place = (f64, f64);
+pub type Place = (f64, f64);
 
 /// A flat face of an obstacle; what is in front of it is to its right, going from `from` to `to`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Face {
+pub struct Face {
+    /// Where it begins.
     pub from: Place,
+    /// Where it ends.
     pub to: Place,
     /// Unit vector along the face.
     pub along: Place,
+    /// From end to end, in millimetres.
     pub length: f64,
 }
 
@@ -28,14 +31,16 @@ impl Face {
     }
 
     /// How far along the face `place` is, and how far in front of it.
-    pub(super) fn local(&self, place: Place) -> (f64, f64) {
+    #[must_use]
+    pub fn local(&self, place: Place) -> (f64, f64) {
         let (x, y) = (place.0 - self.from.0, place.1 - self.from.1);
         let (ax, ay) = self.along;
         (x * ax + y * ay, x * ay - y * ax)
     }
 
     /// The place so far along the face.
-    pub(super) fn at(&self, along: f64) -> Place {
+    #[must_use]
+    pub fn at(&self, along: f64) -> Place {
         let (ax, ay) = self.along;
         (self.from.0 + ax * along, self.from.1 + ay * along)
     }
@@ -50,7 +55,8 @@ impl Face {
 
 /// What sends sound and light back.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Surfaces {
+pub struct Surfaces {
+    /// Flat faces.
     pub faces: Vec<Face>,
     /// Centre and radius.
     pub discs: Vec<(Place, f64)>,
@@ -59,7 +65,9 @@ pub(super) struct Surfaces {
 }
 
 impl Surfaces {
-    pub(super) fn of(world: &World) -> Self {
+    /// Returns the surfaces of `world`.
+    #[must_use]
+    pub fn of(world: &World) -> Self {
         let (mut faces, mut discs) = (Vec::new(), Vec::new());
         for obstacle in world.obstacles() {
             match obstacle.shape() {

@@ -2,7 +2,7 @@
 
 use crate::transducer::stream::{Purpose, stream};
 use crate::world::World;
-use certainty_core::control::Wheels;
+use certainty_control::Wheels;
 use certainty_core::units::{BinaryAngle, Direction, Millimeters, Point, Pose};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -214,7 +214,7 @@ fn followed(speed: f64, wanted: f64, seconds: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::world::Obstacle;
-    use certainty_core::control::Signal;
+    use certainty_control::Signal;
 
     fn wheels(right: f64, left: f64) -> Wheels {
         Wheels {

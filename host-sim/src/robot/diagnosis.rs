@@ -3,7 +3,7 @@
 
 use super::sensors::{Glance, SCANNER_POSE, cross_check, rangefinders};
 use super::watch::Watch;
-use certainty_core::control::{
+use certainty_control::{
     CrossCheck, Failures, PerBeam, PerRangefinder, Recollection, SENSORS, Verdict, beam_bearing,
 };
 use certainty_core::units::{Point, Pose, Ticks};
@@ -91,7 +91,7 @@ mod tests {
     use super::*;
     use crate::fault::FaultSpec;
     use crate::fusion::Method;
-    use certainty_core::control::{Failure, Signal};
+    use certainty_control::{Failure, Signal};
 
     /// Who is believed to be broken after each of 10 s of glances from where the built-in course begins.
     fn believed(faults: &[&str]) -> Vec<Doubted> {

@@ -4,8 +4,8 @@ use super::course::Course;
 use super::diagnosis::Doubted;
 use super::sensors::{FARTHEST, Glance, SCANNER, SCANNER_POSE, beam_model, rangefinders, views};
 use crate::fusion::{HostMapper, Method};
+use certainty_control::{Failure, Failures, PerBeam, Recollection, SENSORS, beam_bearing};
 use certainty_core::certainty::Certainty;
-use certainty_core::control::{Failure, Failures, PerBeam, Recollection, SENSORS, beam_bearing};
 use certainty_core::fusion::{Beam, BeamModel};
 use certainty_core::health::{Health, HealthRules};
 use certainty_core::sensor::SensorId;
@@ -116,7 +116,7 @@ impl DrawnMap {
 mod tests {
     use super::super::sensors::SensorSet;
     use super::*;
-    use certainty_core::control::BEAMS;
+    use certainty_control::BEAMS;
 
     /// Draws what a robot at the start of the built-in course sees, and recalls it.
     fn recalled(doubted: &Doubted) -> (Glance, Recollection) {

@@ -12,7 +12,6 @@
 //! | [`course`] | where it drives: the built-in course, random ones, a world file |
 //! | [`drive`] | one run, step by step |
 //! | [`quality`] | \[004\] eq. 17 to 19 |
-//! | [`study`] | many runs: \[004\]'s simulations, and what it leaves as future work |
 //!
 //! The robot knows where it is: \[004\] has a receiver and a compass for that, and their errors are no
 //! subject here.
@@ -26,7 +25,6 @@ pub mod modes;
 pub mod pilot;
 pub mod quality;
 pub mod sensors;
-pub mod study;
 pub mod watch;
 
 pub use body::Body;

@@ -6,7 +6,7 @@ use super::drawn_map::DrawnMap;
 use super::modes::{HealthMode, MapSource, Memory};
 use super::sensors::Glance;
 use crate::fusion::{HostMapper, Method};
-use certainty_core::control::{
+use certainty_control::{
     Blame, Command, Completed, ControlConfig, ControlRules, Controller, CoverageConfig, Dated,
     Failures, SENSORS, Side, Signal, Situation,
 };
@@ -170,7 +170,7 @@ impl Pilot {
 mod tests {
     use super::super::sensors::SensorSet;
     use super::*;
-    use certainty_core::control::Caution;
+    use certainty_control::Caution;
 
     #[test]
     fn bold_rules_need_one_sensor_for_full_speed() {

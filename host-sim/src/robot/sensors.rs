@@ -4,7 +4,7 @@ use crate::fault::{Fault, FaultSpec, Faulty, SpecError, assign};
 use crate::transducer::stream::{Purpose, stream};
 use crate::transducer::{Look, PerfectSensor, Sensor};
 use crate::world::World;
-use certainty_core::control::{
+use certainty_control::{
     BEAMS, CrossCheckConfig, Failure, Failures, PerBeam, PerRangefinder, SENSORS, Views,
     beam_bearing,
 };

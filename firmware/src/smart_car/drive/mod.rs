@@ -30,7 +30,7 @@ use crate::board::{Board, MotorWires, Start};
 use crate::executive::Due;
 use crate::motors::{Motors, Thrust};
 use crate::telemetry::{self, Conduct};
-use certainty_core::control::{ControlRules, Controller, Side, Wheels};
+use certainty_control::{ControlRules, Controller, Side, Wheels};
 use certainty_core::fusion::{CertaintyGrid, Environment};
 use certainty_core::units::Pose;
 

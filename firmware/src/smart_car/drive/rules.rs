@@ -2,11 +2,11 @@
 
 use super::odometer::CHASSIS;
 use crate::smart_car::FARTHEST;
-use certainty_core::certainty::Certainty;
-use certainty_core::control::{
+use certainty_control::{
     Blame, ControlConfig, ControlRules, Corner, CoverageConfig, HistogramConfig, Limits, Outlook,
     Ramp, Signal, Threshold, Weights,
 };
+use certainty_core::certainty::Certainty;
 use certainty_core::units::{Millimeters, Point};
 
 /// Where the car goes: 0.76 m ahead to the left of where it starts, within its grid.
@@ -40,7 +40,7 @@ const HALF_CELL_MM: u32 = 50;
 /// - The map covers four fifths of what lies ahead and each ranger a tenth. At least three fifths must be seen:
 ///   one head or both rangers may be gone, but not two heads of three, whose word would then be one against
 ///   none. So the car stands as soon as the map is believed by less than a half, from where on the
-///   [`Controller`](certainty_core::control::Controller) would not brake for what it shows.
+///   [`Controller`](certainty_control::Controller) would not brake for what it shows.
 /// - A wheel gets faster by all its speed in a second, by four fifths of it in a round.
 pub static CONTROL: ControlRules = {
     let default = ControlConfig::DEFAULT;

@@ -2,7 +2,7 @@
 
 use super::rules::{GOAL, OBSTACLE, SIDES_DEG, SIGHT};
 use crate::smart_car::{HEADS, RANGERS};
-use certainty_core::control::{
+use certainty_control::{
     BEAMS, Command, ControlRules, Controller, Dated, Failure, Failures, PerBeam, Signal, Situation,
     beam_bearing, beam_in_map,
 };
@@ -144,8 +144,8 @@ fn nearer(one: Reading, other: Reading) -> Reading {
 mod tests {
     use super::*;
     use crate::smart_car::{CELLS, POSE, SENSORS, SmartCarShape};
+    use certainty_control::scan_of_map;
     use certainty_core::certainty::Certainty;
-    use certainty_core::control::scan_of_map;
     use certainty_core::fusion::{BayesGrid, Measurement, Shape, Strength};
     use certainty_core::health::Confidence;
     use certainty_core::sensor::SensorId;

@@ -1,7 +1,7 @@
 use super::*;
 use crate::remote::{Channel, Link, Refused, RemoteBoard, RemotePwm, Request};
 use crate::smart_car::{CELLS, SENSORS, SmartCarShape};
-use certainty_core::control::{BEAMS, Dated, Failure, Failures, Signal, Situation};
+use certainty_control::{BEAMS, Dated, Failure, Failures, Signal, Situation};
 use certainty_core::fusion::{BayesGrid, Strength};
 use certainty_core::health::{Confidence, Health};
 use certainty_core::transducer::{Missing, Reading};

@@ -6,8 +6,8 @@ mod map;
 
 use super::*;
 use crate::smart_car::{CELLS, SmartCarShape};
+use certainty_control::{Caution, Signal, Wheels};
 use certainty_core::certainty::Certainty;
-use certainty_core::control::{Caution, Signal, Wheels};
 use certainty_core::fusion::{Cell, CertaintyGrid, Environment, Geometry, Measurement, Shape};
 use certainty_core::health::{Confidence, Health, Status};
 use certainty_core::sensor::SensorId;

@@ -4,7 +4,7 @@ use crate::bench::{MILLISECOND, MotorFault, MovingCar};
 use crate::fault::Window;
 use crate::quantity::Percentage;
 use crate::world::{Obstacle, World};
-use certainty_core::control::Side;
+use certainty_control::Side;
 use certainty_core::units::{BinaryAngle, Millimeters, Point, Pose};
 use certainty_firmware::smart_car::POSE;
 

@@ -1,0 +1,300 @@
+//! One sonar ring checked without sensors: a made-up room through the real diagnosis (\[003\]).
+//!
+//! The scan, the echoes and their noise are made in integers, so that every machine gets the same ones
+//! and must come to the same polygon, vectors and verdicts, bit for bit. The digest says whether it did.
+
+use crate::rehearsal::{Dice, Refused};
+use certainty_core::sensor::SensorId;
+use certainty_core::transducer::Reading;
+use certainty_core::units::{BinaryAngle, Direction, Millimeters, Point, Pose};
+use certainty_firmware::digest::Digest;
+use certainty_ring::{
+    Distances, Echoes, Folded, Monitor, NEIGHBOURS, Path, Polygon, PolygonRules, Ring, RingConfig,
+    RingRules, Scan, Scanner, TooManyBeams,
+};
+
+/// Sonars of the ring.
+const SONARS: usize = 24;
+
+/// Beams of both scanners.
+const BEAMS: usize = 722;
+
+/// Room for elements of the polygon.
+pub const ELEMENTS: usize = 64;
+
+/// The sonar whose distances are falsified in the second assessment, as in \[003\] §7.
+pub const FALSIFIED: u8 = 4;
+
+/// What a rehearsal came to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Outcome {
+    /// FNV-1a of polygon, distances, vectors and verdicts.
+    pub digest: u32,
+    /// Elements of the polygon.
+    pub elements: u32,
+    /// The sonars declared faulty in the second assessment: bit n is sonar n + 1.
+    pub faulty: u32,
+    /// The clock's ticks for the parts of the first assessment.
+    pub ticks: Ticks,
+}
+
+/// The clock's ticks for the parts of one assessment.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Ticks {
+    /// From points to a polygon.
+    pub polygon: u32,
+    /// From the polygon to what each path should give.
+    pub simulation: u32,
+    /// From echoes to a distance a path.
+    pub fold: u32,
+    /// From the distances to the vectors and verdicts.
+    pub vectors: u32,
+}
+
+/// A wall along x or y, both faces: where it is, and from where to where.
+#[derive(Clone, Copy)]
+enum Wall {
+    AcrossX(i64, i64, i64),
+    AcrossY(i64, i64, i64),
+}
+
+/// A room of 4.2 m by 3.4 m with a cupboard in a corner and a pillar, in the robot's frame.
+const ROOM: [Wall; 12] = [
+    Wall::AcrossX(2400, -1500, 1900),
+    Wall::AcrossX(-1800, -1500, 1900),
+    Wall::AcrossY(1900, -1800, 2400),
+    Wall::AcrossY(-1500, -1800, 2400),
+    // The cupboard.
+    Wall::AcrossX(-900, 1300, 1900),
+    Wall::AcrossY(1300, -1800, -900),
+    // The pillar.
+    Wall::AcrossX(1100, 500, 850),
+    Wall::AcrossX(1450, 500, 850),
+    Wall::AcrossY(500, 1100, 1450),
+    Wall::AcrossY(850, 1100, 1450),
+    // A cabinet in the way of the right scanner.
+    Wall::AcrossX(500, -1500, -1000),
+    Wall::AcrossY(-1000, 500, 2400),
+];
+
+/// How far it is from a place to the nearest wall in a direction, in millimetres.
+fn range(from: Point, direction: Direction) -> u32 {
+    const FAR: i64 = 8000;
+    let (x, y) = (i64::from(from.x_mm()), i64::from(from.y_mm()));
+    let (cos, sin) = (i64::from(direction.cos()), i64::from(direction.sin()));
+    let hits = ROOM.iter().filter_map(|&wall| {
+        let (at, start, end, from, beside, along, across) = match wall {
+            Wall::AcrossX(at, start, end) => (at, start, end, x, y, cos, sin),
+            Wall::AcrossY(at, start, end) => (at, start, end, y, x, sin, cos),
+        };
+        let away = (at.wrapping_sub(from) << Direction::FRACTION_BITS).checked_div(along)?;
+        let met = beside.wrapping_add(away.wrapping_mul(across) >> Direction::FRACTION_BITS);
+        (away > 0 && away < FAR && met >= start && met <= end).then_some(away)
+    });
+    let nearest = hits.min().unwrap_or(FAR);
+    u32::try_from(nearest).unwrap_or(0)
+}
+
+/// Both scanners' beams, off by up to 15 mm.
+fn fill(scan: &mut Scan<BEAMS>, dice: &mut Dice) -> Result<(), Refused> {
+    let behind = BinaryAngle::HALF.wrapping_add(BinaryAngle::QUARTER);
+    for heading in [BinaryAngle::QUARTER, behind] {
+        let mount = Pose::new(Point::ORIGIN, heading);
+        let scanner = Scanner::try_new(mount, Millimeters::new(8000)).map_err(|_| Refused)?;
+        for beam in 0..361_i32 {
+            let millidegrees = beam.wrapping_mul(500).wrapping_sub(90_000);
+            let bearing = BinaryAngle::from_millidegrees(millidegrees);
+            let direction = heading.wrapping_add(bearing).direction();
+            let noise = dice.next() % 31;
+            let range = range(mount.at, direction).saturating_add(noise);
+            let reading = Reading::Echo(Millimeters::new(range.saturating_sub(15)));
+            let added: Result<(), TooManyBeams> = scan.add(&scanner, bearing, reading);
+            added.map_err(|_| Refused)?;
+        }
+    }
+    Ok(())
+}
+
+/// Scans the room and makes its polygon; the scan is gone from the stack afterwards. Returns how long
+/// the polygon took.
+#[inline(never)]
+fn look(
+    polygon: &mut Polygon<ELEMENTS>,
+    dice: &mut Dice,
+    clock: &mut impl FnMut() -> u32,
+) -> Result<u32, Refused> {
+    let mut scan = Scan::new();
+    fill(&mut scan, dice)?;
+    let begin = clock();
+    let made = polygon.remake(&scan, &PolygonRules::DEFAULT);
+    made.map_err(|_| Refused)?;
+    Ok(clock().wrapping_sub(begin))
+}
+
+/// How far two sonars are apart, in millimetres, by how many places: 600 · sin(7.5° · places).
+const APART: [u32; NEIGHBOURS as usize + 1] = [0, 78, 155, 230];
+
+/// Echoes as expected, off by up to 20 mm of way; those of one sonar by 1 m if it is `falsified`.
+fn echoes(
+    ring: &Ring<SONARS>,
+    expected: &Distances<SONARS>,
+    dice: &mut Dice,
+    falsified: Option<SensorId>,
+) -> Result<Echoes<SONARS>, Refused> {
+    let mut echoes = Echoes::unknown();
+    for path in ring.paths() {
+        let Folded::Distance(distance) = expected.get(path) else {
+            continue;
+        };
+        let [from, to] = ends(path).ok_or(Refused)?;
+        for (transmitter, receiver) in [(from, to), (to, from)] {
+            let apart = APART.get(usize::from(path.order())).ok_or(Refused)?;
+            let ahead = distance.get().saturating_mul(2);
+            let squares = ahead
+                .saturating_mul(ahead)
+                .saturating_add(apart.saturating_mul(*apart));
+            let noise = dice.next() % 41;
+            let length = squares.isqrt().saturating_add(noise).saturating_sub(20);
+            let wrong = falsified.is_some_and(|wrong| wrong == from || wrong == to);
+            let length = match (wrong, length > 2500) {
+                (false, _) => length,
+                (true, true) => length.saturating_sub(1000),
+                (true, false) => length.saturating_add(1000),
+            };
+            let reading = Reading::Echo(Millimeters::new(length));
+            echoes
+                .set(transmitter, receiver, reading)
+                .map_err(|_| Refused)?;
+        }
+    }
+    Ok(echoes)
+}
+
+/// A path's two sonars.
+fn ends(path: Path) -> Option<[SensorId; 2]> {
+    let from = path.from()?;
+    let to = from.slot().wrapping_add(path.order().into());
+    let to = to.checked_rem(SONARS)?;
+    Some([from, SensorId::from_slot(to)?])
+}
+
+/// Runs two assessments, the first sound and the second with a falsified sonar.
+///
+/// `clock` counts up, however fast, and wraps; the parts of the first assessment are timed with it.
+///
+/// Memory: the polygon and the scan, then the polygon and what is made of it: below 8 KB of stack.
+///
+/// # Errors
+///
+/// [`Refused`], which would be a defect here: nothing depends on the outside.
+pub fn run(mut clock: impl FnMut() -> u32) -> Result<Outcome, Refused> {
+    let mut dice = Dice::new(3);
+    let mut polygon = Polygon::empty();
+    let ticks = look(&mut polygon, &mut dice, &mut clock)?;
+    let outcome = assess(&polygon, &mut dice, &mut clock)?;
+    Ok(Outcome {
+        ticks: Ticks {
+            polygon: ticks,
+            ..outcome.ticks
+        },
+        ..outcome
+    })
+}
+
+/// Assesses the ring in these surroundings, sound and with a falsified sonar.
+#[inline(never)]
+fn assess(
+    polygon: &Polygon<ELEMENTS>,
+    dice: &mut Dice,
+    clock: &mut impl FnMut() -> u32,
+) -> Result<Outcome, Refused> {
+    let ring = Ring::try_new(RingConfig::DEFAULT).map_err(|_| Refused)?;
+    let rules = RingRules::DEFAULT;
+    let mut monitor = Monitor::<SONARS>::new(rules);
+    let mut digest = Digest::NEW;
+
+    let seen = clock();
+    let expected = Distances::simulated(&ring, polygon);
+    let simulated = clock();
+    let sound = echoes(&ring, &expected, dice, None)?;
+    let measured = clock();
+    let heard = Distances::fold(&ring, &sound, &rules);
+    let folded = clock();
+    let assessment = monitor.assess(&ring, Some(&expected), &heard);
+    let done = clock();
+    let ticks = Ticks {
+        polygon: 0,
+        simulation: simulated.wrapping_sub(seen),
+        fold: folded.wrapping_sub(measured),
+        vectors: done.wrapping_sub(folded),
+    };
+
+    let mut elements = 0_u32;
+    for element in polygon.elements() {
+        elements = elements.saturating_add(1);
+        let normal = element.line().normal();
+        digest.word(element.start().x().cast_unsigned());
+        digest.word(element.start().y().cast_unsigned());
+        digest.word(normal.cos().cast_unsigned());
+        digest.word(normal.sin().cast_unsigned());
+        digest.word(element.line().distance().get());
+        digest.word(u32::from(element.kind() as u8) << 8 | u32::from(element.joint() as u8));
+    }
+    let wrong = SensorId::new(FALSIFIED);
+    let falsified = echoes(&ring, &expected, dice, wrong)?;
+    let falsified = Distances::fold(&ring, &falsified, &rules);
+    let second = monitor.assess(&ring, Some(&expected), &falsified);
+    for path in ring.paths() {
+        for distances in [&expected, &heard, &falsified] {
+            digest.word(match distances.get(path) {
+                Folded::Distance(distance) => distance.get(),
+                Folded::Inconsistent => u32::MAX,
+                Folded::Unknown => u32::MAX - 1,
+            });
+        }
+    }
+    let mut faulty = 0_u32;
+    for assessment in [&assessment, &second] {
+        for vector in [
+            assessment.simulation_based(),
+            assessment.intersection_based(),
+        ] {
+            for &confidence in vector {
+                digest.word(confidence.into());
+            }
+        }
+        faulty = assessment.faulty().fold(0, |bits, sensor| {
+            let place = u32::from(sensor.number()).wrapping_sub(1);
+            bits | 1_u32.checked_shl(place).unwrap_or(0)
+        });
+        digest.word(faulty);
+    }
+    Ok(Outcome {
+        digest: digest.value(),
+        elements,
+        faulty,
+        ticks,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_rehearsal_finds_the_falsified_sonar_and_repeats_itself() {
+        let mut time = 0;
+        let mut clock = || {
+            time += 10;
+            time
+        };
+        let outcome = run(&mut clock).unwrap();
+        assert_eq!(outcome.faulty, 1 << (FALSIFIED - 1));
+        // The room's walls, the cupboard, cabinet and pillar, and what they hide.
+        assert!((10..=20).contains(&outcome.elements), "{outcome:?}");
+        assert_eq!(outcome.ticks.polygon, 10);
+        let again = run(|| 0).unwrap();
+        assert_eq!(again.digest, outcome.digest);
+        assert_eq!(again.ticks, Ticks::default());
+    }
+}

@@ -1,0 +1,203 @@
+//! `certainty calibrate`: sensors' characteristics from measured bytes, and what errors are left.
+
+use super::table::{row, table};
+use super::{Failure, output};
+use certainty_core::units::Millimeters;
+use certainty_sim::calibration::{
+    Assessment, Spread, error_histogram, error_over_distance, load, typical,
+};
+use certainty_sim::export::{OutDir, shown};
+use certainty_sim::quantity::{self, Excerpt};
+use certainty_sim::transducer::{GP2D02_UNITS, MeasuredUnit};
+use clap::Args;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+/// What the calibration is asked.
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// Measured points: CSV with the header `dist_cm,NAME,NAME…` or `distance_mm,raw` [default: the
+    /// sixteen real GP2D02 that come with the program]
+    file: Option<PathBuf>,
+    /// The shortest distance that counts
+    #[arg(long, value_name = "LENGTH", default_value = "100mm", value_parser = quantity::length, allow_hyphen_values = true)]
+    nearest: Millimeters,
+    /// The longest distance that counts
+    #[arg(long, value_name = "LENGTH", default_value = "800mm", value_parser = quantity::length, allow_hyphen_values = true)]
+    farthest: Millimeters,
+    /// Where the charts go
+    #[arg(long, value_name = "DIR", default_value = "out")]
+    out: PathBuf,
+    /// Print one JSON document instead
+    #[arg(long)]
+    json: bool,
+}
+
+/// Calibrates every unit, draws and reports.
+pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    if arguments.nearest >= arguments.farthest {
+        return Err(Failure::Input(format!(
+            "--nearest {} is not below --farthest {}; choose a range such as 100mm to 800mm",
+            arguments.nearest, arguments.farthest
+        )));
+    }
+    output::check_listable(arguments.json, &arguments.out)?;
+    let units = arguments.assessed()?;
+    let out = OutDir::create(&arguments.out).map_err(|error| Failure::input(&error))?;
+    let files = draw(&units, &out)?;
+    if arguments.json {
+        output::print_json(&Report::new(arguments, &units, &files))
+    } else {
+        output::print(&told(&units, &arguments.out))
+    }
+}
+
+impl Arguments {
+    fn assessed(&self) -> Result<Vec<Assessment>, Failure> {
+        let units = match &self.file {
+            Some(file) => load(file).map_err(|error| Failure::input(&error))?,
+            None => MeasuredUnit::parse(GP2D02_UNITS)
+                .map_err(|error| Failure::Internal(error.to_string()))?,
+        };
+        let assessed = |unit| Assessment::of(unit, self.nearest, self.farthest);
+        let units: Result<_, _> = units.iter().map(assessed).collect();
+        units.map_err(|error| match &self.file {
+            Some(file) => Failure::Input(format!("{}: {error}", file.display())),
+            None => Failure::Input(format!("the shipped units: {error}")),
+        })
+    }
+}
+
+/// Writes [001] Fig. 6 and the errors over the distance, of three units at most.
+fn draw(units: &[Assessment], out: &OutDir) -> Result<Vec<PathBuf>, Failure> {
+    let units = typical(units);
+    let histogram = error_histogram(&units).write(out, "calibrate-errors");
+    let over_distance = || error_over_distance(&units).write(out, "calibrate-over-distance");
+    let files = histogram.and_then(|files| Ok([files, over_distance()?].concat()));
+    files.map_err(|error| Failure::input(&error))
+}
+
+/// The report as JSON; its fields are a contract.
+#[derive(Debug, Serialize)]
+struct Report<'a> {
+    /// The table; null for the shipped units.
+    file: Option<String>,
+    nearest_mm: u32,
+    farthest_mm: u32,
+    units: Vec<UnitReport<'a>>,
+    files: Vec<String>,
+}
+
+/// One unit: raw ≈ a / (d + b) + c.
+#[derive(Debug, Serialize)]
+struct UnitReport<'a> {
+    name: &'a str,
+    /// In count-millimetres.
+    a: f64,
+    b_mm: u32,
+    /// In counts.
+    c: f64,
+    rms_counts: f64,
+    worst_counts: f64,
+    /// How many points were within the range, and fitted.
+    points: usize,
+    /// How many were outside and count for nothing.
+    ignored: usize,
+    /// The calibrated reading less the true distance; null where no point reads as a distance.
+    error_mm: Option<SpreadReport>,
+    /// The same as a percentage of the true distance.
+    error_percent: Option<SpreadReport>,
+    /// How many points within the range read as too near or as no object once calibrated.
+    out_of_range: usize,
+}
+
+#[derive(Debug, Serialize)]
+struct SpreadReport {
+    mean: f64,
+    sd: f64,
+    /// The largest magnitude.
+    worst: f64,
+}
+
+impl From<Spread> for SpreadReport {
+    fn from(spread: Spread) -> Self {
+        Self {
+            mean: spread.mean,
+            sd: spread.sd,
+            worst: spread.worst,
+        }
+    }
+}
+
+impl<'a> Report<'a> {
+    fn new(arguments: &Arguments, units: &'a [Assessment], files: &[PathBuf]) -> Self {
+        let unit = |unit: &'a Assessment| UnitReport {
+            name: unit.name(),
+            a: unit.fit().slope(),
+            b_mm: unit.fit().offset().get(),
+            c: unit.fit().floor(),
+            rms_counts: unit.fit().rms(),
+            worst_counts: unit.fit().worst(),
+            points: unit.points(),
+            ignored: unit.ignored(),
+            error_mm: unit.error_mm().map(SpreadReport::from),
+            error_percent: unit.error_percent().map(SpreadReport::from),
+            out_of_range: unit.out_of_range(),
+        };
+        let file = arguments.file.as_ref();
+        Self {
+            file: file.map(|file| file.to_string_lossy().into_owned()),
+            nearest_mm: arguments.nearest.get(),
+            farthest_mm: arguments.farthest.get(),
+            units: units.iter().map(unit).collect(),
+            files: output::listed(files),
+        }
+    }
+}
+
+/// The report for people.
+fn told(units: &[Assessment], out: &Path) -> String {
+    let mut text = "raw = a / (d + b) + c, d the distance; error: the calibrated reading less the \
+                    true distance\n\n"
+        .to_owned();
+    let mut rows = vec![
+        row([
+            "unit", "a", "b", "c", "rms", "max", "points", "mean", "sd", "worst", "sd", "lost",
+        ]),
+        row([
+            "", "count mm", "mm", "counts", "counts", "counts", "", "mm", "mm", "mm", "%", "",
+        ]),
+    ];
+    rows.extend(units.iter().map(|unit| {
+        let fit = unit.fit();
+        let shown = |spread: Option<f64>| spread.map_or_else(|| "-".into(), |v| format!("{v:.1}"));
+        let (mm, percent) = (unit.error_mm(), unit.error_percent());
+        vec![
+            Excerpt::new(unit.name()).to_string(),
+            format!("{:.0}", fit.slope()),
+            fit.offset().get().to_string(),
+            format!("{:.2}", fit.floor()),
+            format!("{:.2}", fit.rms()),
+            format!("{:.2}", fit.worst()),
+            unit.points().to_string(),
+            shown(mm.map(|spread| spread.mean)),
+            shown(mm.map(|spread| spread.sd)),
+            shown(mm.map(|spread| spread.worst)),
+            shown(percent.map(|spread| spread.sd)),
+            unit.out_of_range().to_string(),
+        ]
+    }));
+    text += &table(&rows);
+    text += "\nrms and max: of the fit; mean, sd and worst: of the distance; lost: points that read as \
+             too near or as no object.\n";
+    text += &format!(
+        "Charts in {}: calibrate-errors and calibrate-over-distance, .png and .svg, of {}.\n",
+        shown(out),
+        if units.len() > 3 {
+            "the units with the least, the middle and the largest sd"
+        } else {
+            "every unit"
+        }
+    );
+    text
+}

@@ -1,0 +1,157 @@
+//! Damage in a recording is skipped and counted, and what is sound is mapped.
+
+use crate::support::input::{PLACE, certainty, folder_with, scan};
+use crate::support::recording::{BEAMS, Place, flaser, gzip};
+use certainty_sim::replay::HEADER;
+
+/// Damage that leaves something: the number of lines skipped, of beams and of missing ones.
+#[test]
+fn damaged_lines_are_skipped_counted_and_reported() {
+    let one = scan(2.0);
+    let cut = one[..one.len() / 2].to_owned();
+    let wrong_pose = flaser(
+        &[2.0; BEAMS],
+        Place {
+            x: f64::NAN,
+            ..PLACE
+        },
+        1.0,
+    );
+    let beyond = flaser(&[2.0; BEAMS], Place { x: 1e12, ..PLACE }, 1.0);
+    let announced = one.replacen("FLASER 180", "FLASER 1000000000", 1);
+    let latin = b"FLASER 1 2.0 \xE9 0 0 0 0 0 1 h 1\n".to_vec();
+    let cases: [(&str, Vec<u8>, u64, usize); 9] = [
+        (
+            "cut in the middle of its last line",
+            (one.clone() + &cut).into_bytes(),
+            1,
+            1,
+        ),
+        (
+            "cut in the middle of a line within",
+            (one.clone() + &cut + "\n" + &one).into_bytes(),
+            1,
+            2,
+        ),
+        (
+            "10^9 beams announced",
+            (announced + &one).into_bytes(),
+            1,
+            1,
+        ),
+        (
+            "a pose that is no number",
+            (wrong_pose + &one).into_bytes(),
+            1,
+            1,
+        ),
+        ("a pose beyond any map", (beyond + &one).into_bytes(), 1, 1),
+        (
+            "an unknown message",
+            ("WEATHER sunny\n".to_owned() + &one).into_bytes(),
+            1,
+            1,
+        ),
+        (
+            "not UTF-8",
+            [one.clone().into_bytes(), latin].concat(),
+            1,
+            1,
+        ),
+        (
+            "a range that is a word",
+            (one.clone() + &one.replacen(" 2 ", " two ", 1)).into_bytes(),
+            1,
+            1,
+        ),
+        (
+            "line ends of another system",
+            one.replace('\n', "\r\n").into_bytes(),
+            0,
+            1,
+        ),
+    ];
+    for (what, content, skipped, scans) in cases {
+        let folder = folder_with(content);
+        let document = certainty(folder.path(), "replay input --json").json();
+        assert_eq!(document["skipped_lines"], skipped, "{what}");
+        assert_eq!(document["readings"], scans * BEAMS, "{what}");
+        let told = certainty(folder.path(), "replay input").stdout;
+        let reported = told.contains(&format!("{skipped} lines skipped"));
+        assert_eq!(reported, skipped > 0, "{what}: {told}");
+    }
+}
+
+#[test]
+fn ranges_that_cannot_be_are_missing_and_draw_nothing() {
+    for (word, kind) in [
+        ("NaN", "missing"),
+        ("-1", "missing"),
+        ("-inf", "missing"),
+        ("inf", "missing"),
+        ("1e300", "no_object"),
+        ("0", "too_near"),
+    ] {
+        let line = scan(2.0).replace(" 2 ", &format!(" {word} "));
+        let line = line.replace(" 2 ", &format!(" {word} "));
+        assert!(line.contains(&format!("{word} {word} {word}")), "{line}");
+        let folder = folder_with(&line);
+        let document = certainty(folder.path(), "replay input --json").json();
+        assert_eq!(document[kind], BEAMS, "{word}: {document}");
+        assert_eq!(document["echo"], 0, "{word}");
+    }
+}
+
+#[test]
+fn damaged_readings_are_skipped_counted_and_reported() {
+    let lines = "0,1,0,0,0,500\n1,0,0,0,0,500\n2,1,0,0,0,-5\n3,1,0,0,0,NaN\n4,1,0,0,0,inf\n\
+                 5,1,0,0,0,near\n6,300,0,0,0,500\n7,1,99999999999,0,0,500\n8,1,0,0\n9,1,0,0,0,none";
+    let folder = folder_with(format!("{HEADER}\n{lines}"));
+    let document = certainty(folder.path(), "replay input --json").json();
+    assert_eq!(document["skipped_lines"], 7);
+    assert_eq!(document["readings"], 3);
+    let kinds = ["echo", "too_near", "no_object", "missing"].map(|kind| document[kind].as_u64());
+    assert_eq!(kinds, [Some(1), Some(1), Some(1), Some(0)]);
+}
+
+#[test]
+fn time_that_goes_backward_is_told_and_nothing_is_lost() {
+    let times = [5.0, 6.0, 1.0, 7.0, 0.0];
+    let log: String = times
+        .iter()
+        .map(|&time| flaser(&[2.0; BEAMS], PLACE, time))
+        .collect();
+    let folder = folder_with(log);
+    let document = certainty(folder.path(), "replay input --json").json();
+    assert_eq!(document["readings"], times.len() * BEAMS);
+    for sensor in document["sensors"].as_array().unwrap() {
+        assert_eq!(
+            sensor["status"], "healthy",
+            "a clock set back makes nobody stale"
+        );
+    }
+    let told = certainty(folder.path(), "replay input").stdout;
+    assert!(told.contains("2 times the clock went backwards"), "{told}");
+}
+
+#[test]
+fn a_gzip_cut_short_gives_what_came_before_the_cut() {
+    let log: String = (0..60)
+        .map(|second| {
+            // Ranges with many digits, so that a cut falls between lines that are there.
+            let ranges: Vec<f64> = (0..180)
+                .map(|beam| 1.0 + f64::from(second * beam).sqrt() / 99.0)
+                .collect();
+            flaser(&ranges, PLACE, second.into())
+        })
+        .collect();
+    let mut packed = gzip(log.as_bytes());
+    packed.truncate(packed.len() * 9 / 10);
+    let folder = folder_with(packed);
+    let document = certainty(folder.path(), "replay input --json").json();
+    assert_eq!(document["skipped_lines"], 1);
+    let scans = document["readings"].as_u64().unwrap() / 180;
+    assert!((40..60).contains(&scans), "{scans}");
+    let told = certainty(folder.path(), "replay input").stdout;
+    assert!(told.contains("compressed file cut short"), "{told}");
+}

@@ -1,0 +1,489 @@
+//! `certainty drive`: the contract, the simulations of \[004\], and what the diagnosis is worth.
+
+use crate::support::program::command;
+use certainty_repro::drive_study::{Case, Study, Trial};
+use certainty_sim::robot::drive::{Event, Happening};
+use certainty_sim::robot::{Course, Drive, HealthMode, Manner, MapSource, Memory};
+use certainty_tests::process::{Ran, keys, run};
+use core::time::Duration;
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+
+/// The study drives 342 times, on a busy machine too.
+const PATIENCE: Duration = Duration::from_secs(600);
+
+/// Runs `certainty drive` with these arguments in `folder`.
+fn drive(folder: &Path, arguments: &str) -> Ran {
+    let all = format!("drive {arguments}");
+    run(command(folder, all.split_whitespace()), PATIENCE)
+}
+
+fn document(arguments: &str) -> Value {
+    let folder = tempfile::tempdir().unwrap();
+    let ran = drive(folder.path(), &format!("--json {arguments}"));
+    assert_eq!(ran.code, Some(0), "{ran:?}");
+    serde_json::from_str(&ran.stdout).unwrap()
+}
+
+fn whats(document: &Value) -> Vec<&str> {
+    let events = document["events"].as_array().unwrap();
+    events
+        .iter()
+        .map(|event| event["what"].as_str().unwrap())
+        .collect()
+}
+
+#[test]
+fn json_has_exactly_the_keys_of_the_contract() {
+    let document = document("--health given");
+    let expected = [
+        "E",
+        "S",
+        "collisions",
+        "events",
+        "health_mode",
+        "min_clearance_mm",
+        "reached",
+        "s",
+        "time_s",
+        "v_M",
+    ];
+    assert_eq!(keys(&document), expected);
+    assert_eq!(keys(&document["events"][0]), ["time_s", "what"]);
+    assert_eq!(document["health_mode"], "given");
+}
+
+#[test]
+fn with_sound_sensors_the_goal_of_the_built_in_course_is_reached() {
+    let document = document("");
+    assert_eq!(document["reached"], true);
+    assert_eq!(document["collisions"], 0);
+    assert!(document["min_clearance_mm"].as_f64().unwrap() > 0.0);
+    let time = document["time_s"].as_f64().unwrap();
+    // 9.5 m at 1 m/s at the best, T_max at the worst.
+    assert!((9.5..100.0).contains(&time), "{time}");
+    assert!(document["s"].as_f64().unwrap() >= 9.4);
+    assert_eq!(whats(&document).last(), Some(&"goal reached"));
+}
+
+#[test]
+fn without_its_scanner_it_still_gets_there_and_slows_and_says_so() {
+    let document = document("--fail scanner --health given");
+    assert_eq!(document["reached"], true);
+    let slows = "slows: too little ahead is seen by sensors that are believed";
+    assert!(whats(&document).contains(&slows));
+}
+
+#[test]
+fn with_every_sensor_failed_it_stands() {
+    let all = "--fail FL --fail OL --fail SL --fail SR --fail OR --fail FR --fail scanner";
+    let document = document(&format!("{all} --health given"));
+    assert_eq!(document["reached"], false);
+    assert_eq!(
+        (&document["time_s"], &document["s"]),
+        (&Value::Null, &Value::Null)
+    );
+    assert_eq!(
+        (&document["v_M"], &document["collisions"]),
+        (&0.0.into(), &0.into())
+    );
+    // 10 m away for 100 s: 10² · 100.
+    assert_eq!(document["E"], 10_000.0);
+}
+
+#[test]
+fn one_silent_sensor_alone_does_not_stop_it() {
+    for sensor in ["FL", "OL", "SL", "SR", "OR", "FR", "scanner"] {
+        let document = document(&format!("--fail {sensor}"));
+        let blind = "stops: far too little ahead is seen by sensors that are believed";
+        assert!(!whats(&document).contains(&blind), "{sensor}");
+        assert_eq!(document["reached"], true, "{sensor}");
+    }
+}
+
+/// The diagnosis must name the sensor that lies, and nobody told it.
+#[test]
+fn a_scanner_that_sees_nothing_is_found_out() {
+    let faults = "--fault stuck-far:scanner@2s";
+    let told = document(&format!("{faults} --health diagnosed"));
+    assert!(
+        whats(&told).contains(&"scanner: no longer believed"),
+        "{told}"
+    );
+    let ignored = document(&format!("{faults} --health ignored"));
+    assert!(!whats(&ignored).iter().any(|what| what.contains("believed")));
+    let sound = document("--health diagnosed");
+    assert!(
+        !whats(&sound).iter().any(|what| what.contains("no longer")),
+        "{sound}"
+    );
+}
+
+#[test]
+fn obstacles_can_be_seen_in_every_kind_of_map() {
+    for map in ["robust", "bayes", "trimmed", "median"] {
+        let document = document(&format!("--map {map} --health given"));
+        assert_eq!(document["reached"], true, "{map}");
+    }
+}
+
+#[test]
+fn the_same_seed_is_the_same_run_and_another_another() {
+    let run = |seed| document(&format!("--seed {seed}")).to_string();
+    assert_eq!(run(5), run(5));
+    assert_ne!(run(5), run(6));
+}
+
+#[test]
+fn a_run_leaves_its_steps_and_its_charts() {
+    let folder = tempfile::tempdir().unwrap();
+    let ran = drive(folder.path(), "--out there --map robust");
+    assert_eq!(ran.code, Some(0), "{ran:?}");
+    let there = folder.path().join("there");
+    let csv = fs::read_to_string(there.join("drive.csv")).unwrap();
+    assert!(csv.lines().count() > 190);
+    let columns = csv.lines().next().unwrap().split(',').count();
+    assert!(csv.lines().all(|line| line.split(',').count() == columns));
+    for chart in ["drive-track", "drive-speeds", "drive-goal", "drive-angle"] {
+        for kind in ["png", "svg"] {
+            let file = there.join(format!("{chart}.{kind}"));
+            assert!(fs::metadata(&file).unwrap().len() > 1000, "{file:?}");
+        }
+    }
+}
+
+#[test]
+fn bad_input_is_one_line_that_says_what_to_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let inside = "[[box]]\ncenter = [\"0mm\", \"0mm\"]\nsize = [\"1m\", \"1m\"]\n";
+    // Within the robot's half length of its middle, and not at its middle.
+    let beside = "[[disc]]\ncenter = [\"500mm\", \"0mm\"]\nradius = \"100mm\"\n";
+    for (file, text) in [
+        ("inside.toml", inside),
+        ("beside.toml", beside),
+        ("ahead.toml", &beside.replace("500mm", "5m")),
+        ("empty.toml", ""),
+        ("nan.toml", &inside.replace("1m", "nan")),
+        ("huge.toml", &inside.replace("1m", "1e300m")),
+    ] {
+        fs::write(folder.path().join(file), text).unwrap();
+    }
+    for (arguments, part) in [
+        ("--fail XX", "write one of FL, OL"),
+        ("--fault stuck-far:XX", "--fault: no sensor 'XX'"),
+        (
+            "--fault none --fault stuck-far:FL",
+            "--fault: none and another",
+        ),
+        ("--fail FL --fail none", "--fail: none and another"),
+        ("--jobs 2", "add --study"),
+        ("--goal 300mm,-400mm", "reached at the start already"),
+        ("--goal 3m,0m", "the box or wall around 3000mm,-200mm"),
+        ("--goal 60m,-81m", "100.8 m away"),
+        (
+            "--goal 5m,0m --world ahead.toml",
+            "inside an obstacle of ahead.toml",
+        ),
+        ("--fault stuck", "names no sensor"),
+        ("--health known", "use given, diagnosed or ignored"),
+        ("--map grid", "use beams, bayes"),
+        ("--memory me", "use nobody, diagnosed or everyone"),
+        ("--goal 10,0", "has no unit"),
+        ("--world inside.toml", "inside.toml: the robot"),
+        (
+            "--world inside.toml",
+            "inside an obstacle, the box or wall around 0mm,0mm",
+        ),
+        ("--world missing.toml", "missing.toml"),
+        (
+            "--world beside.toml",
+            "inside an obstacle, the disc around 500mm,0mm",
+        ),
+        ("--world empty.toml", "the world has no obstacle"),
+        ("--world nan.toml", "not a finite number"),
+        ("--world huge.toml", "too large"),
+        ("--goal nanm,0m", "not a finite number"),
+        ("--goal 1e300m,0m", "too large"),
+        ("--fault chatter:FL=4", "none can chatter"),
+        ("--fault stuck-near:FL=90deg", "unknown unit 'deg'"),
+        ("--study --worlds 0", "0 is not in 1..="),
+        ("--out inside.toml", "cannot be made a directory"),
+        ("--worlds 3", "--study"),
+        ("--study --fail FL", "--study"),
+        ("--study --bold", "--study"),
+    ] {
+        let ran = drive(folder.path(), arguments);
+        assert_eq!(ran.code, Some(2), "{arguments}: {ran:?}");
+        assert_eq!(ran.stdout, "", "{arguments}");
+        assert_eq!(ran.stderr.lines().count(), 1, "{arguments}: {}", ran.stderr);
+        assert!(ran.stderr.contains(part), "{arguments}: {}", ran.stderr);
+    }
+    assert!(!folder.path().join("out").exists());
+}
+
+#[test]
+fn a_goal_just_outside_what_is_refused_is_driven_to() {
+    // Beyond the goal's radius by a millimetre, and what is left of the farthest by as much.
+    let near = document("--goal 501mm,0m");
+    assert_eq!(near["reached"], true);
+    let far = document("--goal=-100500mm,0m --fail scanner --fail FL --fail FR --health given");
+    assert_eq!(far["reached"], false);
+}
+
+#[test]
+fn that_no_sensor_fails_can_be_said() {
+    let plain = document("");
+    assert_eq!(document("--fault none"), plain);
+    assert_eq!(document("--fail none --fault none"), plain);
+}
+
+#[test]
+fn the_report_says_what_was_compared_and_whose_word_an_event_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let ran = drive(
+        folder.path(),
+        "--fault stuck-far:scanner@2s --bold --blame own",
+    );
+    assert_eq!(ran.code, Some(0), "{ran:?}");
+    for part in [
+        "goal: 10000mm,0mm",
+        "faults: stuck-far:scanner@2000ms",
+        "memory: diagnosed   blame: own   obstacles from: beams   bold",
+        "   2.00 s  truth  scanner: fault began",
+        " s  robot  scanner: no longer believed",
+        "T, time to the goal",
+        "v_M, mean speed",
+        " m/s",
+    ] {
+        assert!(ran.stdout.contains(part), "no {part} in {}", ran.stdout);
+    }
+    let clearance = ran
+        .stdout
+        .lines()
+        .find(|line| line.starts_with("least clearance"));
+    let clearance = clearance.unwrap().split_whitespace().nth(2).unwrap();
+    assert!(
+        clearance.parse::<u32>().is_ok(),
+        "whole millimetres: {clearance}"
+    );
+}
+
+#[test]
+fn a_worlds_name_and_a_folders_do_not_speak_to_the_terminal() {
+    let folder = tempfile::tempdir().unwrap();
+    let world = "name = \"\\u001b[2Jred\"\n[[disc]]\ncenter = [\"5m\", \"9m\"]\nradius = \"1m\"\n";
+    fs::write(folder.path().join("world.toml"), world).unwrap();
+    let ran = drive(
+        folder.path(),
+        "--world world.toml --goal 1m,0m --out a\u{1b}[2J",
+    );
+    assert_eq!(ran.code, Some(0), "{ran:?}");
+    let control = |c: char| c.is_control() && c != '\n';
+    assert!(!ran.stdout.contains(control), "{:?}", ran.stdout);
+    assert!(
+        ran.stdout.contains("world: \\u{1b}[2Jred"),
+        "{}",
+        ran.stdout
+    );
+    assert!(
+        ran.stdout.contains("charts in a\\u{1b}[2J"),
+        "{}",
+        ran.stdout
+    );
+    // Nor does what is wrong with one.
+    let ran = drive(folder.path(), "--world b\u{1b}[2J");
+    assert!(!ran.refusal().contains(control), "{:?}", ran.stderr);
+}
+
+#[test]
+fn the_study_has_every_case() {
+    let folder = tempfile::tempdir().unwrap();
+    let ran = drive(folder.path(), "--study --worlds 1 --seed 2 --json");
+    assert_eq!(ran.code, Some(0), "{ran:?}");
+    let csv = fs::read_to_string(folder.path().join("out/study.csv")).unwrap();
+    let report: Value = serde_json::from_str(&ran.stdout).unwrap();
+    let expected = [
+        "blame",
+        "by_sensors",
+        "failures",
+        "files",
+        "map",
+        "memory",
+        "seed",
+        "simulations",
+        "worlds",
+    ];
+    assert_eq!(keys(&report), expected);
+    assert_eq!(report["memory"], "diagnosed");
+    assert_eq!(report["simulations"].as_array().unwrap().len(), 6);
+    // Singles and pairs of four kinds and of all, by three modes.
+    assert_eq!(report["failures"].as_array().unwrap().len(), 2 * 5 * 3);
+    // 6 simulations, 28 sets of sensors by four kinds and three modes, and the header.
+    assert_eq!(csv.lines().count(), 6 + 28 * 4 * 3 + 1);
+}
+
+/// The trials of a case in the first worlds of those that nothing was chosen on.
+fn trials(case: &Case, memory: Memory, worlds: u32) -> Vec<Trial> {
+    let study = Study {
+        seed: 7001,
+        worlds,
+        map: MapSource::Beams,
+        manner: Manner {
+            memory,
+            ..Manner::default()
+        },
+    };
+    study.drive(case).unwrap()
+}
+
+fn mean(trials: &[Trial], value: impl Fn(&Trial) -> f64) -> f64 {
+    trials.iter().map(value).sum::<f64>() / trials.len() as f64
+}
+
+/// \[004\] §4: the goal is reached; without FL E is worse and the robot slower; without the scanner it
+/// still gets there in most worlds.
+#[test]
+fn the_simulations_come_out_as_the_paper_says() {
+    let driven = Study::simulations();
+    let driven: Vec<Vec<Trial>> = driven[..3]
+        .iter()
+        .map(|case| trials(case, Memory::Nobody, 16))
+        .collect();
+    let [sound, without_fl, without_scanner] = &driven[..] else {
+        panic!("three simulations");
+    };
+    let reached = |trials: &[Trial]| mean(trials, |trial| f64::from(u8::from(trial.reached)));
+    assert!(reached(sound) >= 0.85, "{}", reached(sound));
+    assert!(
+        reached(without_scanner) > 0.5,
+        "{}",
+        reached(without_scanner)
+    );
+    let error = |trials: &[Trial]| mean(trials, |trial| trial.error);
+    assert!(error(without_fl) > error(sound));
+    let speed = |trials: &[Trial]| mean(trials, |trial| trial.mean_speed);
+    assert!(speed(without_fl) < speed(sound));
+    assert!(speed(without_scanner) < speed(sound));
+}
+
+/// What came of all trials of those cases: obstacles touched and goals reached.
+#[derive(Debug)]
+struct Toll {
+    touched: u32,
+    reached: u32,
+    runs: u32,
+}
+
+fn toll(memory: Memory, worlds: u32, of: impl Fn(&Case) -> bool) -> Toll {
+    let cases = Study::failures();
+    let all = cases.iter().filter(|case| of(case));
+    let all = all.flat_map(|case| trials(case, memory, worlds));
+    let none = Toll {
+        touched: 0,
+        reached: 0,
+        runs: 0,
+    };
+    all.fold(none, |toll, trial| Toll {
+        touched: toll.touched + trial.collisions,
+        reached: toll.reached + u32::from(trial.reached),
+        runs: toll.runs + 1,
+    })
+}
+
+/// Every failure and every pair of a kind, this system against \[004\]'s: who finds out remembers, who is told
+/// or does not know drives by the readings of the moment.
+///
+/// Stuck far is the dangerous one: a sensor that says *no object* stops nobody.
+#[test]
+fn finding_out_collides_no_more_than_being_told_and_half_as_often_as_not_knowing() {
+    for kind in ["stuck-far", "stuck-near"] {
+        let driven = |health| {
+            let of = |case: &Case| case.name == kind && case.health == health;
+            toll(Memory::Diagnosed, 2, of)
+        };
+        let diagnosed = driven(HealthMode::Diagnosed);
+        let given = driven(HealthMode::Given);
+        let ignored = driven(HealthMode::Ignored);
+        let all = format!("{kind}: {diagnosed:?} {given:?} {ignored:?}");
+        assert!(10 * diagnosed.touched <= 11 * given.touched, "{all}");
+        assert!(2 * diagnosed.touched <= ignored.touched, "{all}");
+        assert!(diagnosed.reached > given.reached, "{all}");
+        assert!(diagnosed.reached > ignored.reached, "{all}");
+    }
+}
+
+/// With the same map to remember by, so that it is the diagnosis that makes the difference: every sensor that
+/// fails alone.
+#[test]
+fn of_robots_that_remember_alike_one_that_finds_out_arrives_where_one_that_does_not_know_does_not()
+{
+    let driven = |health| {
+        let of = |case: &Case| case.failing == 1 && case.health == health && case.name != "random";
+        toll(Memory::Everyone, 2, of)
+    };
+    let (diagnosed, ignored) = (driven(HealthMode::Diagnosed), driven(HealthMode::Ignored));
+    assert_eq!(diagnosed.runs, 7 * 3 * 2);
+    assert!(
+        10 * diagnosed.reached >= 9 * diagnosed.runs,
+        "{diagnosed:?}"
+    );
+    assert!(2 * ignored.reached <= ignored.runs, "{ignored:?}");
+    assert!(
+        2 * diagnosed.touched <= ignored.touched,
+        "{diagnosed:?} {ignored:?}"
+    );
+}
+
+#[test]
+fn a_sensor_that_recovers_is_believed_again() {
+    for fault in ["stuck-near:SL=250mm@2s..4s", "random:FR@2s..4s"] {
+        let document = document(&format!("--fault {fault}"));
+        let events = whats(&document);
+        let last_word = |end| events.iter().rposition(|what| what.ends_with(end));
+        let (lost, back) = (last_word("no longer believed"), last_word("believed again"));
+        assert!(lost.is_some() && lost < back, "{fault}: {events:?}");
+        assert_eq!(document["reached"], true, "{fault}");
+    }
+}
+
+/// A sensor that sees something nearer than it can measure, or with the noise of one that measures.
+#[test]
+fn a_sensor_that_is_stuck_near_is_found_out_whatever_it_says() {
+    for faults in [
+        "--fault stuck-near:FL=0mm@2s",
+        "--fault stuck-near:scanner=0mm@2s",
+        "--fault stuck-near:OL=250mm@2s --fault noise:OL=1%@2s",
+        "--fault stuck-near:scanner=250mm@2s --fault noise:scanner=1%@2s",
+    ] {
+        let document = document(faults);
+        assert_eq!(document["reached"], true, "{faults}: {document}");
+        assert_eq!(document["collisions"], 0, "{faults}");
+        let sensor = faults["--fault stuck-near:".len()..]
+            .split('=')
+            .next()
+            .unwrap();
+        let named = format!("{sensor}: no longer believed");
+        assert!(whats(&document).contains(&named.as_str()), "{faults}");
+    }
+}
+
+/// Nobody is broken, and the robot may think so now and then: in random courses, which it passes at arm's length.
+#[test]
+fn while_all_are_sound_hardly_any_run_accuses_anybody() {
+    let mut accusing = 0;
+    for seed in 7001..=7020 {
+        let drive = Drive {
+            course: Course::random(seed).unwrap(),
+            faults: Vec::new(),
+            health: HealthMode::Diagnosed,
+            map: MapSource::Beams,
+            manner: Manner::default(),
+            seed,
+        };
+        let outcome = drive.run().unwrap();
+        let accuses = |event: &Event| matches!(event.what, Happening::Distrusted(_));
+        accusing += u32::from(outcome.events.iter().any(accuses));
+    }
+    assert!(accusing <= 6, "{accusing} of 20");
+}

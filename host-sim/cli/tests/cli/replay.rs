@@ -1,0 +1,330 @@
+//! Recordings become maps: of a room that is known.
+
+use crate::support::map::{Cell, Map};
+use crate::support::program::{certainty, command};
+use crate::support::recording::{
+    BEAMS, NO_ECHO_M, Place, Room, all_around, flaser, gzip, log, robotlaser,
+};
+use certainty_tests::process::{Ran, keys, run};
+use certainty_tests::workspace;
+use core::time::Duration;
+use serde_json::Value;
+use std::fs;
+
+/// A square room whose walls stand 1 cm deep in the cells that begin at ±2.9 m.
+///
+/// So a beam that grazes a wall leaves hardly a trace in the wall's own cells.
+const WALL_M: f64 = 2.91;
+
+fn square_room() -> Room {
+    let w = WALL_M;
+    Room::new(&[[-w, -w], [w, -w], [w, w], [-w, w]])
+}
+
+/// Looks in every direction from several places.
+fn tour() -> Vec<Place> {
+    let stops = [
+        (0.05, 0.05),
+        (-1.52, -1.03),
+        (1.57, -1.48),
+        (1.03, 1.52),
+        (-1.48, 1.57),
+    ];
+    let looks = stops.map(|(x, y)| all_around(x, y));
+    // Twice, so that every virtual sensor sees every wall more than once.
+    let once: Vec<Place> = looks.concat();
+    let turned = once.iter().map(|place| Place {
+        heading: place.heading + 0.01,
+        ..*place
+    });
+    once.iter().copied().chain(turned).collect()
+}
+
+fn room_log() -> String {
+    log(&square_room(), &tour(), flaser)
+}
+
+/// Replays `recording` in a folder of its own; returns how it went and the map.
+fn replay(recording: impl AsRef<[u8]>, options: &str) -> (Ran, Map) {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("recording"), recording).unwrap();
+    let ran = certainty(folder.path(), &format!("replay recording {options}"));
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    let map = Map::read(&folder.path().join("out"));
+    (ran, map)
+}
+
+fn confidences(document: &Value) -> Vec<f64> {
+    let sensors = document["sensors"].as_array().unwrap().iter();
+    sensors
+        .map(|sensor| sensor["confidence"].as_f64().unwrap())
+        .collect()
+}
+
+/// The report without the time it took.
+fn untimed(mut document: Value) -> Value {
+    document["insert_seconds"] = Value::Null;
+    document
+}
+
+#[test]
+fn json_has_exactly_the_keys_of_the_contract() {
+    let folder = tempfile::tempdir().unwrap();
+    let sonar = workspace().join("host-sim/data/eight-sonar.csv");
+    let arguments = ["replay", sonar.to_str().unwrap(), "--json"];
+    let ran = run(command(folder.path(), arguments), Duration::from_secs(60));
+    assert_eq!(ran.stderr, "");
+    let document = ran.json();
+    let expected = [
+        "cells_updated",
+        "echo",
+        "files",
+        "grid",
+        "insert_seconds",
+        "missing",
+        "no_object",
+        "readings",
+        "sensors",
+        "skipped_lines",
+        "too_near",
+    ];
+    assert_eq!(keys(&document), expected);
+    assert_eq!(
+        keys(&document["grid"]),
+        ["bytes_per_cell", "cell_mm", "height", "width"]
+    );
+    let expected = [
+        "confidence",
+        "confirmations",
+        "contradictions",
+        "id",
+        "missing",
+        "readings",
+        "status",
+    ];
+    for sensor in document["sensors"].as_array().unwrap() {
+        assert_eq!(keys(sensor), expected);
+    }
+    assert_eq!(
+        document["files"],
+        serde_json::json!(["out/map.png", "out/map.pgm", "out/map.yaml"])
+    );
+    for file in ["map.png", "map.pgm", "map.yaml"] {
+        assert!(folder.path().join("out").join(file).is_file(), "{file}");
+    }
+}
+
+/// Half a cell beside the axis is inside the cone, as its documentation says.
+#[test]
+fn a_cone_frees_what_lies_before_the_sensor_wherever_the_sensor_stands_in_its_cell() {
+    for x_mm in [0, 50] {
+        // Looks up, more than once because one beam that passes does not make a cell free; and two short
+        // echoes that make the map as large as the cone is long.
+        let up = format!("0,1,{x_mm},0,90000,none\n").repeat(4);
+        let beams = format!(
+            "{up}1,1,{x_mm},3000,0,100\n2,1,{},0,180000,100\n",
+            x_mm - 1500
+        );
+        let recording = format!("t_ms,sensor,x_mm,y_mm,bearing_mdeg,reading\n{beams}");
+        let options = "--beam-width 20deg --max-range 3m --fusion bayes";
+        let (_, map) = replay(recording, options);
+        for row in 1..29 {
+            let y = f64::from(row) * 0.1 + 0.05;
+            let ahead = map.at_place(f64::from(x_mm) / 1000.0 + 0.0005, y);
+            assert_eq!(ahead, Cell::Free, "{y} m ahead of x = {x_mm} mm\n{map}");
+        }
+    }
+}
+
+/// Walls where they are, nothing else anywhere, free inside, unknown outside.
+fn assert_square_room(map: &Map, what: &str) {
+    // The cells that hold a wall begin at 2.9 m and end at 3.0 m.
+    let outermost = |[x, y]: [f64; 2]| x.abs().max(y.abs());
+    for place in map.places(Cell::Occupied) {
+        let out = outermost(place);
+        assert!(
+            (2.9..3.0).contains(&out),
+            "{what}: an obstacle at {place:?}\n{map}"
+        );
+    }
+    for place in map.places(Cell::Free) {
+        assert!(
+            outermost(place) < 3.0,
+            "{what}: free beyond the wall at {place:?}\n{map}"
+        );
+    }
+    let steps = || (-29..29).map(|cell| f64::from(cell) * 0.1 + 0.05);
+    let mut walls = [0; 4];
+    for along in steps() {
+        for (count, (x, y)) in
+            walls
+                .iter_mut()
+                .zip([(-2.95, along), (2.95, along), (along, -2.95), (along, 2.95)])
+        {
+            *count += i32::from(map.at_place(x, y) == Cell::Occupied);
+        }
+        for across in steps() {
+            let inside = map.at_place(along, across);
+            assert_eq!(inside, Cell::Free, "{what}: at {along}, {across}\n{map}");
+        }
+    }
+    for wall in walls {
+        // A beam that grazes a wall may free a cell of it, and the robust grid believes the latest.
+        assert!(wall >= 46, "{what}: {wall} of 58 cells of a wall\n{map}");
+    }
+}
+
+#[test]
+fn a_known_room_has_its_walls_where_they_are_by_every_method() {
+    for (method, bytes_per_cell) in [
+        ("bayes", 1.0),
+        ("robust", 1.25),
+        ("trimmed", 3.0),
+        ("median", 3.0),
+    ] {
+        let (ran, map) = replay(room_log(), &format!("--json --fusion {method}"));
+        assert_square_room(&map, method);
+        let document = ran.json();
+        let bytes = document["grid"]["bytes_per_cell"].as_f64().unwrap();
+        // Owners end on a whole byte.
+        assert!((bytes - bytes_per_cell).abs() < 0.001, "{method}: {bytes}");
+        assert_eq!(document["readings"], tour().len() * BEAMS);
+        assert_eq!(document["echo"], tour().len() * BEAMS);
+    }
+}
+
+#[test]
+fn any_number_of_virtual_sensors_draws_the_same_room() {
+    for sensors in [1, 2, 4, 7] {
+        let (ran, map) = replay(room_log(), &format!("--json --sensors {sensors}"));
+        assert_square_room(&map, &format!("{sensors} sensors"));
+        let document = ran.json();
+        let dealt = document["sensors"].as_array().unwrap();
+        assert_eq!(dealt.len(), sensors);
+        // Beam i of a scan goes to sensor i mod N.
+        for (slot, sensor) in dealt.iter().enumerate() {
+            let of_a_scan = (0..BEAMS).filter(|beam| beam % sensors == slot).count();
+            assert_eq!(sensor["readings"], of_a_scan * tour().len());
+        }
+    }
+}
+
+#[test]
+fn gzip_and_plain_give_the_same_map() {
+    let log = room_log();
+    let (plain, plain_map) = replay(&log, "--json");
+    let (packed, packed_map) = replay(gzip(log.as_bytes()), "--json");
+    assert_eq!(untimed(plain.json()), untimed(packed.json()));
+    assert_eq!(plain_map, packed_map);
+}
+
+#[test]
+fn robotlaser1_gives_the_map_of_the_same_beams_as_flaser() {
+    let newer = log(&square_room(), &tour(), robotlaser);
+    assert!(newer.starts_with("ROBOTLASER1 "));
+    let (older, older_map) = replay(room_log(), "--json");
+    let (newer, newer_map) = replay(newer, "--json");
+    assert_square_room(&newer_map, "ROBOTLASER1");
+    assert_eq!(untimed(older.json()), untimed(newer.json()));
+    assert_eq!(older_map, newer_map);
+}
+
+#[test]
+fn the_format_can_be_named() {
+    let (named, map) = replay(room_log(), "--json --format carmen");
+    let (told, same) = replay(room_log(), "--json --format auto");
+    assert_eq!(untimed(named.json()), untimed(told.json()));
+    assert_eq!(map, same);
+}
+
+#[test]
+fn readings_at_or_beyond_the_largest_range_are_never_obstacles() {
+    let place = all_around(0.0, 0.0)[0];
+    for metres in [8.0, 8.001, 50.0, NO_ECHO_M, 1e9] {
+        let line = flaser(&[metres; BEAMS], place, 0.0);
+        for method in ["bayes", "robust", "trimmed", "median"] {
+            let (ran, map) = replay(&line, &format!("--json --fusion {method}"));
+            assert_eq!(ran.json()["no_object"], BEAMS, "{metres} m");
+            assert_eq!(
+                map.places(Cell::Occupied),
+                [[0.0; 2]; 0],
+                "{metres} m by {method}"
+            );
+        }
+    }
+    // Below it they are: the border is where the option says.
+    let (ran, map) = replay(flaser(&[7.999; BEAMS], place, 0.0), "--json");
+    assert_eq!(ran.json()["echo"], BEAMS);
+    assert!(!map.places(Cell::Occupied).is_empty());
+}
+
+#[test]
+fn a_room_beyond_the_largest_range_is_open_space() {
+    let (ran, map) = replay(
+        log(&square_room(), &all_around(0.0, 0.0), flaser),
+        "--json --max-range 2m",
+    );
+    assert_eq!(ran.json()["no_object"], 4 * BEAMS);
+    assert_eq!(map.places(Cell::Occupied), [[0.0; 2]; 0]);
+}
+
+#[test]
+fn the_cells_are_as_large_as_asked_for() {
+    for (cell, resolution) in [("50mm", 0.05), ("20cm", 0.2), ("1m", 1.0)] {
+        let (ran, map) = replay(room_log(), &format!("--json --cell {cell}"));
+        assert!((map.resolution - resolution).abs() < 1e-9);
+        let cell_mm = ran.json()["grid"]["cell_mm"].as_f64().unwrap();
+        assert!((cell_mm - resolution * 1000.0).abs() < 1e-6);
+        let extent = map.width as f64 * resolution;
+        assert!(
+            extent >= 2.0 * WALL_M,
+            "the grid holds the room: {extent} m"
+        );
+    }
+}
+
+#[test]
+fn a_stuck_sensor_loses_confidence_and_the_others_keep_the_room() {
+    let (ran, map) = replay(room_log(), "--json --fault stuck-far:2 --fusion median");
+    // Sensors 1 and 3 are the majority wherever both saw a cell.
+    for place in map.places(Cell::Occupied) {
+        let out = place[0].abs().max(place[1].abs());
+        assert!((2.9..3.0).contains(&out), "{place:?}\n{map}");
+    }
+    assert!(map.places(Cell::Occupied).len() > 4 * 58 / 2, "{map}");
+    assert_eq!(ran.json()["skipped_lines"], 0);
+
+    // What stands in front of everything is contradicted everywhere.
+    let (ran, _) = replay(room_log(), "--json --fault stuck-near:2=300mm");
+    let confidences = confidences(&ran.json());
+    assert!(
+        confidences[1] < confidences[0] && confidences[1] < confidences[2],
+        "{confidences:?}"
+    );
+}
+
+#[test]
+fn a_silent_sensor_is_missing_and_failed_while_the_others_draw_the_room() {
+    let (ran, map) = replay(room_log(), "--json --fault dropout:2=100% --fusion robust");
+    let document = ran.json();
+    let sensors = document["sensors"].as_array().unwrap();
+    let of_each = tour().len() * BEAMS / 3;
+    assert_eq!(sensors[1]["missing"], of_each);
+    assert_eq!(sensors[1]["status"], "failed");
+    assert_eq!(
+        (&sensors[0]["missing"], &sensors[2]["missing"]),
+        (&0.into(), &0.into())
+    );
+    assert!(map.places(Cell::Occupied).len() > 4 * 58 * 9 / 10, "{map}");
+}
+
+#[test]
+fn a_random_fault_follows_the_seed() {
+    let options = |seed: u8| format!("--json --fault random:1 --seed {seed}");
+    let run = |seed: u8| {
+        let (ran, map) = replay(room_log(), &options(seed));
+        (untimed(ran.json()), map)
+    };
+    assert_eq!(run(1), run(1));
+    assert_ne!(run(1), run(2));
+}

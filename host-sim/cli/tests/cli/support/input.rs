@@ -1,0 +1,44 @@
+//! One file of input, good or bad, and the program run on it.
+
+use crate::support::program::command;
+use crate::support::recording::{BEAMS, Place, flaser};
+use certainty_tests::process::{Ran, run};
+use core::time::Duration;
+use std::fs;
+use std::path::Path;
+use tempfile::TempDir;
+
+/// Bad input is told from good in a few seconds, on a busy machine too.
+pub(crate) const QUICKLY: Duration = Duration::from_secs(15);
+
+/// Where the made-up scans are taken.
+pub(crate) const PLACE: Place = Place {
+    x: 0.0,
+    y: 0.0,
+    heading: 0.0,
+};
+
+/// Returns a scan with every range the same.
+#[must_use]
+pub(crate) fn scan(metres: f64) -> String {
+    flaser(&[metres; BEAMS], PLACE, 1.0)
+}
+
+/// Returns a folder with one file, `input`.
+///
+/// # Panics
+/// If it cannot be made.
+pub(crate) fn folder_with(content: impl AsRef<[u8]>) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("input"), content).unwrap();
+    folder
+}
+
+/// Runs the program in `folder` with `arguments` separated by spaces, and not for long.
+///
+/// # Panics
+/// If it takes longer.
+#[must_use]
+pub(crate) fn certainty(folder: &Path, arguments: &str) -> Ran {
+    run(command(folder, arguments.split_whitespace()), QUICKLY)
+}

@@ -1,0 +1,228 @@
+//! What the campaign says of one method in one scenario, and how it is written.
+
+use super::super::{Estimate, Waits};
+use super::Scenario;
+use super::trial::HealthTrial;
+use certainty_sim::experiment::Score;
+use serde::Serialize;
+
+/// One method in one scenario, over all worlds.
+///
+/// The sensors' health is followed through runs of a length of their own, so it is the same for every
+/// number of sweeps. A row of the CSV file, in the order of the fields; what is not known is empty there and `null` in
+/// JSON. Shares are 0 to 1, and `_ci` is half of a 95 % confidence interval (Student's t).
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Row {
+    /// What is wrong, such as `stuck-near=250mm`.
+    pub fault: String,
+    /// How many times as often as the others a faulty sensor reports.
+    pub rate: u32,
+    /// How many sensors there are.
+    pub sensors: u8,
+    /// `full` or `partial`.
+    pub overlap: String,
+    /// How many sweeps the map is made of.
+    pub sweeps: u32,
+    /// How many sensors are faulty.
+    pub faulty: u8,
+    /// The method, or `oracle`.
+    pub method: &'static str,
+    /// The seed of the first world; the others follow it.
+    pub seed: u64,
+    /// How many worlds.
+    pub worlds: u64,
+    /// Names the program's version and the methods' rules.
+    pub setup: String,
+    /// Mean absolute error (\[001\] §6.2).
+    pub mae: f64,
+    /// Of its mean.
+    pub mae_ci: Option<f64>,
+    /// Mean squared error.
+    pub mse: f64,
+    /// Of its mean.
+    pub mse_ci: Option<f64>,
+    /// Share of the obstacle cells that are not shown.
+    pub missed: f64,
+    /// Of its mean.
+    pub missed_ci: Option<f64>,
+    /// Share of the free cells that are shown occupied.
+    pub ghost: f64,
+    /// Of its mean.
+    pub ghost_ci: Option<f64>,
+    /// Its MAE above the oracle's.
+    pub mae_to_oracle: f64,
+    /// Its share of missed cells above the oracle's.
+    pub missed_to_oracle: f64,
+    /// Share of the faulty sensors that became suspect (or failed) while faulty.
+    pub suspect: Option<f64>,
+    /// Median of the sensor's own turns until then.
+    pub suspect_after: Option<u64>,
+    /// Share of the faulty sensors that failed while faulty.
+    pub failed: Option<f64>,
+    /// Median of the sensor's own turns until then.
+    pub failed_after: Option<u64>,
+    /// Share of the sound sensors that were ever suspect (or failed).
+    pub false_suspect: Option<f64>,
+    /// Share of the sound sensors that ever failed.
+    pub false_failed: Option<f64>,
+    /// Share of the sensors not healthy when they healed that became healthy again.
+    pub recovered: Option<f64>,
+    /// Median of the sensor's own turns from healing to healthy.
+    pub recovered_after: Option<u64>,
+}
+
+/// What a campaign's rows have in common.
+#[derive(Debug, Clone)]
+pub(super) struct Common {
+    pub(super) seed: u64,
+    pub(super) worlds: u64,
+    pub(super) setup: String,
+}
+
+impl Row {
+    /// The CSV file's first line, without its end.
+    pub const HEADER: &str = "fault,rate,sensors,overlap,sweeps,faulty,method,seed,worlds,setup,\
+        mae,mae_ci,mse,mse_ci,missed,missed_ci,ghost,ghost_ci,mae_to_oracle,missed_to_oracle,\
+        suspect,suspect_after,failed,failed_after,false_suspect,false_failed,recovered,\
+        recovered_after";
+
+    /// How many fields a line has.
+    pub(super) const FIELDS: usize = 28;
+
+    /// The fields that say what a line is about, as they stand at its beginning.
+    pub(super) fn key(scenario: &Scenario, method: &str, common: &Common) -> String {
+        let Scenario {
+            fault,
+            rate,
+            sensors,
+            overlap,
+            sweeps,
+            faulty,
+        } = scenario;
+        let Common {
+            seed,
+            worlds,
+            setup,
+        } = common;
+        format!(
+            "{fault},{rate},{sensors},{overlap},{sweeps},{faulty},{method},{seed},{worlds},{setup},"
+        )
+    }
+
+    /// The rows of a scenario: each method's, and last the oracle's.
+    pub(super) fn of(
+        scenario: &Scenario,
+        methods: &[&'static str],
+        common: &Common,
+        scores: &[Vec<Score>],
+        health: &[HealthTrial],
+    ) -> Vec<Self> {
+        let measure = |method: usize, part: fn(&Score) -> f64| {
+            let samples = scores.iter().map(|scores| part(&scores[method]));
+            let estimate = Estimate::of(&samples.collect::<Vec<_>>());
+            estimate.unwrap_or(Estimate {
+                mean: f64::NAN,
+                half_width: None,
+            })
+        };
+        let oracle = methods.len() - 1;
+        let rows = methods.iter().enumerate().map(|(place, &method)| {
+            let mae = measure(place, |score| score.mae);
+            let mse = measure(place, |score| score.mse);
+            let missed = measure(place, |score| score.missed);
+            let ghost = measure(place, |score| score.ghost);
+            let mut row = Self {
+                fault: scenario.fault.to_string(),
+                rate: scenario.rate,
+                sensors: scenario.sensors,
+                overlap: scenario.overlap.to_string(),
+                sweeps: scenario.sweeps,
+                faulty: scenario.faulty,
+                method,
+                seed: common.seed,
+                worlds: common.worlds,
+                setup: common.setup.clone(),
+                mae: mae.mean,
+                mae_ci: mae.half_width,
+                mse: mse.mean,
+                mse_ci: mse.half_width,
+                missed: missed.mean,
+                missed_ci: missed.half_width,
+                ghost: ghost.mean,
+                ghost_ci: ghost.half_width,
+                mae_to_oracle: mae.mean - measure(oracle, |score| score.mae).mean,
+                missed_to_oracle: missed.mean - measure(oracle, |score| score.missed).mean,
+                suspect: None,
+                suspect_after: None,
+                failed: None,
+                failed_after: None,
+                false_suspect: None,
+                false_failed: None,
+                recovered: None,
+                recovered_after: None,
+            };
+            if method == "robust" {
+                row.add_health(health);
+            }
+            row
+        });
+        rows.collect()
+    }
+
+    fn add_health(&mut self, watched: &[HealthTrial]) {
+        let all = |part: fn(&HealthTrial) -> &Waits| -> Waits {
+            watched
+                .iter()
+                .flat_map(|health| part(health).iter())
+                .collect()
+        };
+        let suspect = all(|health| &health.suspect);
+        let failed = all(|health| &health.failed);
+        let recovered = all(|health| &health.recovered);
+        (self.suspect, self.suspect_after) = (suspect.share(), suspect.median());
+        (self.failed, self.failed_after) = (failed.share(), failed.median());
+        (self.recovered, self.recovered_after) = (recovered.share(), recovered.median());
+        self.false_suspect = all(|health| &health.false_suspect).share();
+        self.false_failed = all(|health| &health.false_failed).share();
+    }
+
+    /// The row as a line of the CSV file, without its end.
+    ///
+    /// No field needs quotes: kinds of fault and methods have neither commas nor quotes in them.
+    #[must_use]
+    pub fn line(&self) -> String {
+        let share = |share: Option<f64>| share.map_or(String::new(), |share| format!("{share:.6}"));
+        let count = |count: Option<u64>| count.map_or(String::new(), |count| count.to_string());
+        [
+            self.fault.clone(),
+            self.rate.to_string(),
+            self.sensors.to_string(),
+            self.overlap.clone(),
+            self.sweeps.to_string(),
+            self.faulty.to_string(),
+            self.method.to_owned(),
+            self.seed.to_string(),
+            self.worlds.to_string(),
+            self.setup.clone(),
+            share(Some(self.mae)),
+            share(self.mae_ci),
+            share(Some(self.mse)),
+            share(self.mse_ci),
+            share(Some(self.missed)),
+            share(self.missed_ci),
+            share(Some(self.ghost)),
+            share(self.ghost_ci),
+            share(Some(self.mae_to_oracle)),
+            share(Some(self.missed_to_oracle)),
+            share(self.suspect),
+            count(self.suspect_after),
+            share(self.failed),
+            count(self.failed_after),
+            share(self.false_suspect),
+            share(self.false_failed),
+            share(self.recovered),
+            count(self.recovered_after),
+        ]
+        .join(",")
+    }
+}

@@ -1,0 +1,341 @@
+//! Many runs: \[004\]'s simulations 1 to 3, and the failures that its summary leaves as future work.
+
+use crate::recovery::Spread;
+use certainty_sim::fault::{FaultSpec, SpecError};
+use certainty_sim::robot::course::Course;
+use certainty_sim::robot::drive::{Drive, Event, Happening};
+use certainty_sim::robot::modes::{HealthMode, MapSource};
+use certainty_sim::robot::pilot::Manner;
+use certainty_sim::robot::sensors::NAMES;
+use certainty_sim::world::LayoutError;
+use rayon::prelude::{IntoParallelRefIterator, ParallelIterator};
+use serde::Serialize;
+
+/// When the faults of the study begin.
+const FROM: &str = "@2s";
+
+/// What befalls the sensors: kinds of faults of which the robot is not told.
+pub const KINDS: [&str; 4] = ["stuck-far", "stuck-near", "near-noisy", "random"];
+
+/// Returns how a fault of `kind` that befalls `sensor` is written.
+fn faults_of(kind: &str, sensor: &str) -> Vec<String> {
+    let fault = |kind: &str| format!("{kind}{FROM}");
+    match kind {
+        // What is stuck says the same to the millimetre; with the noise of its electronics it does not.
+        "near-noisy" => vec![
+            fault(&format!("stuck-near:{sensor}")),
+            fault(&format!("noise:{sensor}=1%")),
+        ],
+        _ => vec![fault(&format!("{kind}:{sensor}"))],
+    }
+}
+
+/// A study, before it is made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Study {
+    /// The first world; the others follow it.
+    pub seed: u64,
+    /// How many random courses every case is driven in.
+    pub worlds: u32,
+    /// What the histogram is made from.
+    pub map: MapSource,
+    /// What of the core's rules is otherwise.
+    pub manner: Manner,
+}
+
+/// What befalls which sensors, and who tells.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Case {
+    /// What the case is called: a simulation's number, or the kind of fault.
+    pub name: &'static str,
+    /// The sensors' names, with a `+` between two; empty where none fails.
+    pub sensors: String,
+    /// How many sensors fail.
+    pub failing: usize,
+    /// Who tells.
+    pub health: HealthMode,
+    /// Whether full speed is allowed however little is seen.
+    pub bold: bool,
+    faults: Vec<String>,
+}
+
+/// One case in one world.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Trial {
+    /// The world's seed.
+    pub world: u64,
+    /// Whether the goal was reached.
+    pub reached: bool,
+    /// How often an obstacle was touched.
+    pub collisions: u32,
+    /// The least clearance, in millimetres.
+    pub min_clearance_mm: f64,
+    /// E, S, `v_M` of \[004\] eq. 17 and 18.
+    pub error: f64,
+    /// S.
+    pub speed_deviation: f64,
+    /// `v_M`.
+    pub mean_speed: f64,
+    /// s, where the goal was reached.
+    pub route_m: Option<f64>,
+    /// T, where the goal was reached.
+    pub time_s: Option<f64>,
+    /// How many sensors failed.
+    pub failing: u32,
+    /// How many of them were found out.
+    pub found: u32,
+    /// How long that took, in seconds, of the last of them.
+    pub found_after_s: Option<f64>,
+    /// How many sound sensors were ever taken for broken.
+    pub accused: u32,
+}
+
+/// What the trials of some cases have in common; its fields are a contract.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Summary {
+    /// The simulation or the kind of fault.
+    pub name: String,
+    /// Who failed: sensors' names, or how many.
+    pub failing: String,
+    /// Who tells.
+    pub health_mode: &'static str,
+    /// Whether full speed was allowed however little was seen.
+    pub bold: bool,
+    /// How many runs.
+    pub runs: usize,
+    /// In how many the goal was reached.
+    pub reached: usize,
+    /// How often an obstacle was touched.
+    pub collisions: u64,
+    /// E of all.
+    #[serde(rename = "E")]
+    pub error: Option<Spread>,
+    /// T of those that reached the goal.
+    #[serde(rename = "T")]
+    pub time_s: Option<Spread>,
+    /// S of all.
+    #[serde(rename = "S")]
+    pub speed_deviation: Option<Spread>,
+    /// s of those that reached the goal.
+    #[serde(rename = "s")]
+    pub route_m: Option<Spread>,
+    /// `v_M` of all.
+    #[serde(rename = "v_M")]
+    pub mean_speed: Option<Spread>,
+    /// How many sensors that failed were found out, of how many.
+    pub found: (u64, u64),
+    /// How long that took, in seconds, where all of a run's were.
+    pub found_after_s: Option<Spread>,
+    /// How many sound sensors were ever taken for broken.
+    pub accused: u64,
+}
+
+/// A study that cannot be made; never in practice.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum StudyError {
+    /// No world can be made.
+    #[error(transparent)]
+    Layout(#[from] LayoutError),
+    /// A fault is none.
+    #[error(transparent)]
+    Fault(#[from] SpecError),
+}
+
+impl Study {
+    /// Returns \[004\]'s simulations: none failed, FL, the scanner; each as cautious as this robot is and
+    /// as bold as \[004\]'s.
+    #[must_use]
+    pub fn simulations() -> Vec<Case> {
+        let silent = |sensor: &str| vec![format!("dropout:{sensor}=100%")];
+        let mut cases = Vec::new();
+        for bold in [false, true] {
+            for (name, sensor) in [
+                ("simulation 1", ""),
+                ("simulation 2", "FL"),
+                ("simulation 3", "scanner"),
+            ] {
+                cases.push(Case {
+                    name,
+                    sensors: sensor.to_owned(),
+                    failing: usize::from(!sensor.is_empty()),
+                    health: HealthMode::Given,
+                    bold,
+                    faults: if sensor.is_empty() {
+                        Vec::new()
+                    } else {
+                        silent(sensor)
+                    },
+                });
+            }
+        }
+        cases
+    }
+
+    /// Returns every single failure and every pair of each kind, by every way to know of it.
+    #[must_use]
+    pub fn failures() -> Vec<Case> {
+        let mut sets: Vec<Vec<&str>> = NAMES.iter().map(|&name| vec![name]).collect();
+        for (slot, first) in NAMES.iter().enumerate() {
+            sets.extend(NAMES[slot + 1..].iter().map(|second| vec![*first, second]));
+        }
+        let mut cases = Vec::new();
+        for name in KINDS {
+            for sensors in &sets {
+                let faults = sensors.iter().flat_map(|sensor| faults_of(name, sensor));
+                let faults: Vec<String> = faults.collect();
+                cases.extend(HealthMode::ALL.map(|health| Case {
+                    name,
+                    sensors: sensors.join("+"),
+                    failing: sensors.len(),
+                    health,
+                    bold: false,
+                    faults: faults.clone(),
+                }));
+            }
+        }
+        cases
+    }
+
+    /// Drives `case` in every world, on as many threads as rayon has.
+    ///
+    /// # Errors
+    ///
+    /// [`StudyError`], never in practice: a test drives every case.
+    pub fn drive(&self, case: &Case) -> Result<Vec<Trial>, StudyError> {
+        let worlds = 0..u64::from(self.worlds);
+        let seeds: Vec<u64> = worlds
+            .map(|number| self.seed.wrapping_add(number))
+            .collect();
+        seeds
+            .par_iter()
+            .map(|&seed| self.trial(case, seed))
+            .collect()
+    }
+
+    fn trial(&self, case: &Case, seed: u64) -> Result<Trial, StudyError> {
+        let faults: Result<Vec<FaultSpec>, SpecError> =
+            case.faults.iter().map(|fault| fault.parse()).collect();
+        let drive = Drive {
+            course: Course::random(seed)?,
+            faults: faults?,
+            health: case.health,
+            map: self.map,
+            manner: Manner {
+                bold: case.bold || self.manner.bold,
+                ..self.manner
+            },
+            seed,
+        };
+        let outcome = drive.run()?;
+        let quality = outcome.quality;
+        let (found, found_after_s, accused) = diagnosed(case, &outcome.events);
+        Ok(Trial {
+            world: seed,
+            reached: outcome.reached,
+            collisions: outcome.collisions,
+            min_clearance_mm: outcome.min_clearance_mm,
+            error: quality.error,
+            speed_deviation: quality.speed_deviation,
+            mean_speed: quality.mean_speed,
+            route_m: quality.route_m,
+            time_s: quality.time_s,
+            failing: case.failing as u32,
+            found,
+            found_after_s,
+            accused,
+        })
+    }
+}
+
+/// How many that failed were found out, after how many seconds all of them, and how many sound ones were
+/// accused.
+fn diagnosed(case: &Case, events: &[Event]) -> (u32, Option<f64>, u32) {
+    let failed: Vec<&str> = case
+        .sensors
+        .split('+')
+        .filter(|name| !name.is_empty())
+        .collect();
+    let since = |name: &str, wanted: fn(&'static str) -> Happening| {
+        let named = NAMES.into_iter().find(|own| *own == name).map(wanted);
+        let mut events = events.iter().filter(|event| Some(event.what) == named);
+        events.next().map(|event| event.time_s)
+    };
+    let (mut found, mut after, mut accused) = (0, Some(0.0_f64), 0);
+    for name in NAMES {
+        let named = since(name, Happening::Distrusted);
+        if !failed.contains(&name) {
+            accused += u32::from(named.is_some());
+            continue;
+        }
+        found += u32::from(named.is_some());
+        let took = named.zip(since(name, Happening::FaultBegan));
+        let took = took.map(|(named, began)| (named - began).max(0.0));
+        after = after.zip(took).map(|(after, took)| after.max(took));
+    }
+    (found, after.filter(|_| !failed.is_empty()), accused)
+}
+
+impl Summary {
+    /// Sums up `trials` of the cases that `name`, `failing`, `health` and `bold` describe.
+    #[must_use]
+    pub fn of(name: &str, failing: &str, health: HealthMode, bold: bool, trials: &[Trial]) -> Self {
+        let spread = |value: &dyn Fn(&Trial) -> Option<f64>| {
+            let values: Vec<f64> = trials.iter().filter_map(value).collect();
+            (!values.is_empty()).then(|| Spread::of(&values))
+        };
+        Self {
+            name: name.to_owned(),
+            failing: failing.to_owned(),
+            health_mode: health.name(),
+            bold,
+            runs: trials.len(),
+            reached: trials.iter().filter(|trial| trial.reached).count(),
+            collisions: trials.iter().map(|trial| u64::from(trial.collisions)).sum(),
+            error: spread(&|trial| Some(trial.error)),
+            time_s: spread(&|trial| trial.time_s),
+            speed_deviation: spread(&|trial| Some(trial.speed_deviation)),
+            route_m: spread(&|trial| trial.route_m),
+            mean_speed: spread(&|trial| Some(trial.mean_speed)),
+            found: (
+                trials.iter().map(|trial| u64::from(trial.found)).sum(),
+                trials.iter().map(|trial| u64::from(trial.failing)).sum(),
+            ),
+            found_after_s: spread(&|trial| trial.found_after_s),
+            accused: trials.iter().map(|trial| u64::from(trial.accused)).sum(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_single_failure_and_every_pair_of_every_kind_is_driven_by_every_mode() {
+        let cases = Study::failures();
+        assert_eq!(cases.len(), (7 + 21) * KINDS.len() * 3);
+        let pairs = cases.iter().filter(|case| case.failing == 2).count();
+        assert_eq!(pairs, 21 * KINDS.len() * 3);
+        for case in &cases {
+            for fault in &case.faults {
+                assert!(fault.parse::<FaultSpec>().is_ok(), "{fault}");
+            }
+        }
+    }
+
+    #[test]
+    fn threads_change_nothing() {
+        let study = Study {
+            seed: 3,
+            worlds: 3,
+            map: MapSource::Beams,
+            manner: Manner::default(),
+        };
+        let case = &Study::simulations()[0];
+        let on = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+            pool.unwrap().install(|| study.drive(case).unwrap())
+        };
+        assert_eq!(on(1), on(2));
+    }
+}

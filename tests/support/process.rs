@@ -1,0 +1,152 @@
+//! Programs that are built and run by tests.
+
+use core::time::Duration;
+use serde_json::Value;
+use std::io::Read;
+use std::path::PathBuf;
+use std::process::{Child, Command, Stdio};
+use std::thread;
+use std::time::Instant;
+
+use crate::workspace;
+
+/// How long any run may take, on a busy machine and under QEMU too; what takes longer hangs.
+pub const PATIENCE: Duration = Duration::from_secs(300);
+
+/// Builds with cargo and returns the executable `name`, wherever cargo put it.
+///
+/// # Errors
+/// What cargo wrote to stderr, if it fails or builds no such executable.
+///
+/// # Panics
+/// If cargo itself cannot be started.
+pub fn executable<'a>(
+    arguments: impl IntoIterator<Item = &'a str>,
+    name: &str,
+) -> Result<PathBuf, String> {
+    let output = Command::new(env!("CARGO"))
+        .args(arguments)
+        .args(["--locked", "--message-format=json-render-diagnostics"])
+        .current_dir(workspace())
+        .output()
+        .expect("cargo runs: it started this test");
+    let messages = String::from_utf8_lossy(&output.stdout);
+    let built = messages.lines().rev().find_map(|line| {
+        let message: Value = serde_json::from_str(line).ok()?;
+        let path = message.get("executable")?.as_str()?;
+        (message["target"]["name"] == name).then(|| PathBuf::from(path))
+    });
+    let built = built.filter(|_| output.status.success());
+    built.ok_or_else(|| String::from_utf8_lossy(&output.stderr).into_owned())
+}
+
+/// How a run ended.
+#[derive(Debug, Clone)]
+pub struct Ran {
+    /// The exit code; `None` after a signal.
+    pub code: Option<i32>,
+    /// What was written to stdout.
+    pub stdout: String,
+    /// What was written to stderr.
+    pub stderr: String,
+}
+
+impl Ran {
+    /// Returns stdout's one JSON document.
+    ///
+    /// # Panics
+    /// If the run failed, or stdout holds anything else.
+    #[must_use]
+    pub fn json(&self) -> Value {
+        assert_eq!(self.code, Some(0), "{}", self.stderr);
+        serde_json::from_str(&self.stdout).expect("stdout is one JSON document")
+    }
+
+    /// Returns the only line on stderr of a refusal: exit code 2 and nothing on stdout.
+    ///
+    /// # Panics
+    /// If it is anything else.
+    #[must_use]
+    pub fn refusal(&self) -> &str {
+        assert_eq!(self.code, Some(2), "{self:?}");
+        assert_eq!(self.stdout, "", "a refusal prints no result");
+        let mut lines = self.stderr.lines();
+        let line = lines.next().expect("a refusal says why");
+        assert_eq!(
+            lines.next(),
+            None,
+            "a refusal is one line: {:?}",
+            self.stderr
+        );
+        assert!(line.starts_with("certainty: "), "{line}");
+        assert!(!line.contains("panicked"), "{line}");
+        line
+    }
+}
+
+/// Runs `command` to its end.
+///
+/// # Panics
+/// If it cannot be started or runs longer than `limit`; it is ended then.
+#[must_use]
+pub fn run(mut command: Command, limit: Duration) -> Ran {
+    command.stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = command.spawn().expect("the command can be started");
+    let stdout = child.stdout.take().map(reader);
+    let stderr = child.stderr.take().map(reader);
+    let code = wait(&mut child, limit);
+    let text = |reader: Option<thread::JoinHandle<String>>| {
+        let text = reader.map(|reader| reader.join().expect("reading a pipe does not fail"));
+        text.unwrap_or_default()
+    };
+    let code = code.unwrap_or_else(|| panic!("{command:?} ran longer than {limit:?}"));
+    Ran {
+        code,
+        stdout: text(stdout),
+        stderr: text(stderr),
+    }
+}
+
+/// Waits for `child` and returns its exit code, or ends it after `limit` and returns `None`.
+///
+/// # Panics
+/// If the system does not know the child.
+pub fn wait(child: &mut Child, limit: Duration) -> Option<Option<i32>> {
+    let start = Instant::now();
+    loop {
+        if let Some(status) = child.try_wait().expect("the child is ours") {
+            return Some(status.code());
+        }
+        if start.elapsed() > limit {
+            child.kill().expect("the child is ours");
+            child.wait().expect("the child is ours");
+            return None;
+        }
+        thread::sleep(Duration::from_millis(2));
+    }
+}
+
+/// Reads a pipe to its end, so that the writer never waits.
+fn reader(mut pipe: impl Read + Send + 'static) -> thread::JoinHandle<String> {
+    thread::spawn(move || {
+        let mut bytes = Vec::new();
+        pipe.read_to_end(&mut bytes).expect("a pipe can be read");
+        String::from_utf8_lossy(&bytes).into_owned()
+    })
+}
+
+/// Returns the keys of an object, sorted.
+///
+/// # Panics
+/// If it is no object.
+#[must_use]
+pub fn keys(object: &Value) -> Vec<&str> {
+    let mut keys: Vec<&str> = object
+        .as_object()
+        .unwrap()
+        .keys()
+        .map(String::as_str)
+        .collect();
+    keys.sort_unstable();
+    keys
+}
