@@ -6,7 +6,7 @@ mod rules;
 pub use literal::LiteralGrid;
 pub use rules::{Rules, UnknownRules};
 
-use certainty_control::{PerBeam, Recollection, Views, scan_of_map};
+use certainty_control::{ExpectedScan, PerBeam, Views, scan_of_map};
 use certainty_core::certainty::Certainty;
 use certainty_core::fusion::{
     Accumulated, BayesGrid, Beam, BeamModel, CertaintyGrid, Environment, Geometry, Latest, Mapper,
@@ -277,10 +277,10 @@ impl HostMapper {
         each!(&self.0, mapper => scan_of_map(&mapper.environment(), scanner, farthest, obstacle))
     }
 
-    /// Returns what the map shows where a robot's sensors look; see [`Recollection::of_map`].
+    /// Returns what the map shows where a robot's sensors look; see [`ExpectedScan::of_map`].
     #[must_use]
-    pub fn recollection(&self, robot: Pose, views: &Views, obstacle: Certainty) -> Recollection {
-        each!(&self.0, mapper => Recollection::of_map(&mapper.environment(), robot, views, obstacle))
+    pub fn recollection(&self, robot: Pose, views: &Views, obstacle: Certainty) -> ExpectedScan {
+        each!(&self.0, mapper => ExpectedScan::of_map(&mapper.environment(), robot, views, obstacle))
     }
 
     /// Returns where the map lies and how it is divided.

@@ -3,11 +3,11 @@
 use certainty_control::Wheels;
 use certainty_firmware::remote::{Channel, Line};
 use certainty_firmware::smart_car::MOTOR;
-use certainty_firmware::telemetry::{Conduct, Drive};
+use certainty_firmware::telemetry::{Drive, DriveState};
 use certainty_sim::backend::board::{BoardError, EmulatedBoard, ResetCause};
 use certainty_sim::backend::{Image, Received};
 use certainty_sim::bench::{Bench, BenchSetup, Wires};
-use certainty_sim::experiment::Crew;
+use certainty_sim::experiment::SensorSet;
 use certainty_sim::world::World;
 use certainty_tests::firmware;
 use object::{Object, ObjectSection, ObjectSegment, ObjectSymbol};
@@ -47,7 +47,7 @@ fn board() -> Option<EmulatedBoard<Watched>> {
     let image = fs::read(firmware::image("smart_car")?).unwrap();
     let setup = BenchSetup {
         world: Arc::new(World::built_in()),
-        crew: Crew::default(),
+        crew: SensorSet::default(),
         faults: Vec::new(),
         seed: 1,
     };
@@ -224,7 +224,7 @@ fn deciding_takes_at_most_360_000_of_the_408_000_cycles_of_its_slot() {
     assert!((100_000..=360_000).contains(&most), "{most} cycles");
     assert_eq!(
         drives(&mut board).last().map(|drive| drive.conduct),
-        Some(Conduct::Arrived)
+        Some(DriveState::Arrived)
     );
 }
 
@@ -249,7 +249,7 @@ fn after_a_reset_that_nobody_did_by_hand_it_stands_and_says_so() {
         assert!(pulses.len() >= 2, "{cause:?}: both are told to stand");
         let mut received = Received::default();
         received.take(&board.take_serial());
-        let restarted = |drive: &Drive| drive.conduct == Conduct::Restarted;
+        let restarted = |drive: &Drive| drive.conduct == DriveState::Restarted;
         let drives = received.drives();
         assert_eq!(drives.iter().all(restarted), !drove, "{cause:?}");
         assert_eq!(drives.iter().any(restarted), !drove, "{cause:?}");

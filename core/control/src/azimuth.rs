@@ -1,6 +1,6 @@
 //! Turning towards the goal: \[004\] eq. 12.
 
-use super::{Side, Signal};
+use super::{Effort, Side};
 use certainty_core::units::BinaryAngle;
 
 /// Returns `v_2R` of \[004\] eq. 12 for a goal that lies `goal` to the left of straight ahead; `v_2L` is
@@ -13,21 +13,21 @@ use certainty_core::units::BinaryAngle;
 /// which \[004\] eq. 10 yields, eq. 12 as printed turns away from the goal.
 ///
 /// ```
-/// use certainty_control::{Side, Signal, azimuth_turn};
+/// use certainty_control::{Side, Effort, azimuth_turn};
 /// use certainty_core::units::BinaryAngle;
 ///
 /// let left = BinaryAngle::from_millidegrees(45_000);
-/// assert_eq!(azimuth_turn(left, Side::Left), Signal::lit("0.25"));
-/// assert_eq!(azimuth_turn(BinaryAngle::HALF, Side::Right), Signal::lit("-1"));
+/// assert_eq!(azimuth_turn(left, Side::Left), Effort::lit("0.25"));
+/// assert_eq!(azimuth_turn(BinaryAngle::HALF, Side::Right), Effort::lit("-1"));
 /// ```
 #[must_use]
-pub const fn azimuth_turn(goal: BinaryAngle, kept: Side) -> Signal {
+pub const fn azimuth_turn(goal: BinaryAngle, kept: Side) -> Effort {
     if goal.to_bits() == BinaryAngle::HALF.to_bits() {
-        return kept.signed(Signal::ONE);
+        return kept.signed(Effort::ONE);
     }
     // Half a turn is 2^15 steps, full speed 2^16.
     let steps = goal.to_bits().cast_signed() as i32;
-    Signal::from_bits(steps.wrapping_mul(2))
+    Effort::from_bits(steps.wrapping_mul(2))
 }
 
 #[cfg(test)]
@@ -47,7 +47,7 @@ mod tests {
             let goal = BinaryAngle::from_millidegrees(degrees * 1000);
             assert_eq!(
                 azimuth_turn(goal, Side::Left),
-                Signal::from_num(expected),
+                Effort::from_num(expected),
                 "{degrees}"
             );
         }
@@ -60,7 +60,7 @@ mod tests {
             let mirrored = BinaryAngle::ZERO.wrapping_sub(goal);
             let turn = azimuth_turn(goal, Side::Left);
             assert_eq!(azimuth_turn(mirrored, Side::Right), -turn);
-            assert!(turn.abs() <= Signal::ONE);
+            assert!(turn.abs() <= Effort::ONE);
         }
     }
 }

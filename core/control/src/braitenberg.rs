@@ -1,6 +1,6 @@
 //! The Braitenberg behaviour on six rangefinders: \[004\] eq. 2 and 4.
 
-use super::Signal;
+use super::Effort;
 use super::motion::scaled;
 
 /// How many rangefinders there are, an even number.
@@ -20,20 +20,20 @@ pub type PerRangefinder<T> = [T; RANGEFINDERS];
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Braitenberg {
     #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
-    right: [Signal; 3],
+    right: [Effort; 3],
 }
 
 impl Braitenberg {
     /// Creates the behaviour from `W_{1,1}`, `W_{1,2}` and `W_{1,3}`: what the rangefinders on the left
     /// give the right wheels; negative turns away from what they see.
     #[must_use]
-    pub const fn new(right: [Signal; 3]) -> Self {
+    pub const fn new(right: [Effort; 3]) -> Self {
         Self { right }
     }
 
     /// Returns `W_{1,i}` for every rangefinder; `W_{2,i}` is its opposite.
     #[must_use]
-    pub const fn weights(&self) -> PerRangefinder<Signal> {
+    pub const fn weights(&self) -> PerRangefinder<Effort> {
         let [a, b, c] = self.right;
         [
             a,
@@ -49,18 +49,18 @@ impl Braitenberg {
     /// its opposite.
     ///
     /// ```
-    /// use certainty_control::{Braitenberg, Signal};
+    /// use certainty_control::{Braitenberg, Effort};
     ///
-    /// let half = Signal::lit("-0.5");
-    /// let behaviour = Braitenberg::new([half, half, Signal::ZERO]);
+    /// let half = Effort::lit("-0.5");
+    /// let behaviour = Braitenberg::new([half, half, Effort::ZERO]);
     /// // Something 3/4 near ahead on the left, 1/4 near ahead on the right: to the right.
-    /// let near = [0.75, 0.0, 0.0, 0.0, 0.0, 0.25].map(Signal::from_num);
-    /// assert_eq!(behaviour.turn(&near), Signal::lit("-0.25"));
+    /// let near = [0.75, 0.0, 0.0, 0.0, 0.0, 0.25].map(Effort::from_num);
+    /// assert_eq!(behaviour.turn(&near), Effort::lit("-0.25"));
     /// ```
     #[must_use]
-    pub fn turn(&self, nearness: &PerRangefinder<Signal>) -> Signal {
+    pub fn turn(&self, nearness: &PerRangefinder<Effort>) -> Effort {
         let weighted = self.weights().into_iter().zip(nearness);
-        weighted.fold(Signal::ZERO, |sum, (weight, &near)| {
+        weighted.fold(Effort::ZERO, |sum, (weight, &near)| {
             sum.saturating_add(scaled(near, weight))
         })
     }
@@ -71,7 +71,7 @@ mod tests {
     use super::*;
 
     fn behaviour() -> Braitenberg {
-        Braitenberg::new([-0.5, -0.25, -0.125].map(Signal::from_num))
+        Braitenberg::new([-0.5, -0.25, -0.125].map(Effort::from_num))
     }
 
     #[test]
@@ -80,19 +80,19 @@ mod tests {
         for i in 0..3 {
             assert_eq!(right[i], -right[5 - i], "W(1,{}) = -W(1,{})", i + 1, 6 - i);
         }
-        assert_eq!(right[0], Signal::lit("-0.5"));
+        assert_eq!(right[0], Effort::lit("-0.5"));
     }
 
     #[test]
     fn eq_2_by_hand() {
         // −0.5·0.5 − 0.25·1 − 0.125·0.25 + 0.125·0 + 0.25·0.5 + 0.5·0.125 = −0.34375
-        let near = [0.5, 1.0, 0.25, 0.0, 0.5, 0.125].map(Signal::from_num);
-        assert_eq!(behaviour().turn(&near), Signal::lit("-0.34375"));
+        let near = [0.5, 1.0, 0.25, 0.0, 0.5, 0.125].map(Effort::from_num);
+        assert_eq!(behaviour().turn(&near), Effort::lit("-0.34375"));
     }
 
     #[test]
     fn the_same_on_both_sides_does_not_turn() {
-        let near = [0.3, 0.77, 0.1, 0.1, 0.77, 0.3].map(Signal::from_num);
-        assert_eq!(behaviour().turn(&near), Signal::ZERO);
+        let near = [0.3, 0.77, 0.1, 0.1, 0.77, 0.3].map(Effort::from_num);
+        assert_eq!(behaviour().turn(&near), Effort::ZERO);
     }
 }

@@ -5,8 +5,8 @@ use super::histogram::PerBeam;
 use super::motion::{HALF, scaled};
 use super::nearness::{distance, in_the_way, nearness};
 use super::{
-    Blame, ControlConfig, ControlRules, Coverage, CoverageConfig, Credibility, Failure, Failures,
-    Motion, PolarHistogram, Side, Signal, Valley, Wheels, azimuth_turn, linear_speed,
+    Blame, ControlConfig, ControlRules, Coverage, CoverageConfig, Credibility, Effort, Failure,
+    Failures, Motion, PolarHistogram, Side, Valley, Wheels, azimuth_turn, linear_speed,
 };
 use certainty_core::transducer::{Missing, Reading};
 use certainty_core::units::{BinaryAngle, Millimeters, Point, Pose, Ticks};
@@ -15,7 +15,7 @@ use core::borrow::Borrow;
 /// A reading and when it was taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Dated<T> {
+pub struct Stamped<T> {
     /// What was read.
     pub what: T,
     /// When.
@@ -24,7 +24,7 @@ pub struct Dated<T> {
 
 /// What the controller is told at one step.
 #[derive(Debug, Clone, Copy)]
-pub struct Situation<'a> {
+pub struct ControlInput<'a> {
     /// The time.
     pub now: Ticks,
     /// Where the robot is, and which way it looks.
@@ -32,9 +32,9 @@ pub struct Situation<'a> {
     /// Where it shall be.
     pub goal: Point,
     /// The rangefinders' last readings.
-    pub rangefinders: PerRangefinder<Dated<Reading>>,
+    pub rangefinders: PerRangefinder<Stamped<Reading>>,
     /// The scanner's last scan, or what [`scan_of_map`](super::scan_of_map) sees in its place.
-    pub scan: Dated<&'a PerBeam<Reading>>,
+    pub scan: Stamped<&'a PerBeam<Reading>>,
     /// Which sensors are believed to have failed.
     pub failures: Failures,
 }
@@ -42,7 +42,7 @@ pub struct Situation<'a> {
 /// Why the robot goes no faster than it does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Caution {
+pub enum SpeedLimit {
     /// It goes as fast as its behaviours want.
     #[default]
     None,
@@ -63,7 +63,7 @@ pub struct Command {
     /// The wheels' speeds.
     pub wheels: Wheels,
     /// What held the robot back.
-    pub caution: Caution,
+    pub caution: SpeedLimit,
     /// How much of what lies ahead is seen.
     pub coverage: Coverage,
     /// μ of eq. 1.
@@ -120,7 +120,7 @@ impl<R: Borrow<ControlRules>> Controller<R> {
     ///
     /// ```
     /// use certainty_control::{
-    ///     BEAMS, Caution, ControlRules, Controller, Dated, Failures, Side, Signal, Situation,
+    ///     BEAMS, SpeedLimit, ControlRules, Controller, Stamped, Failures, Side, Effort, ControlInput,
     /// };
     /// use certainty_core::transducer::Reading;
     /// use certainty_core::units::{Point, Pose, Ticks};
@@ -129,27 +129,27 @@ impl<R: Borrow<ControlRules>> Controller<R> {
     /// let scan = [Reading::NoObject; BEAMS];
     /// let mut step = |ms, failures| {
     ///     let now = Ticks::new(ms);
-    ///     controller.step(&Situation {
+    ///     controller.step(&ControlInput {
     ///         now,
     ///         pose: Pose::default(),
     ///         goal: Point::from_mm(10_000, 0),
-    ///         rangefinders: [Dated { what: Reading::NoObject, at: now }; 6],
-    ///         scan: Dated { what: &scan, at: now },
+    ///         rangefinders: [Stamped { what: Reading::NoObject, at: now }; 6],
+    ///         scan: Stamped { what: &scan, at: now },
     ///         failures,
     ///     })
     /// };
     /// step(0, Failures::NONE);
-    /// assert_eq!(step(250, Failures::NONE).wheels.right, Signal::lit("0.75")); // 3 m/s²
+    /// assert_eq!(step(250, Failures::NONE).wheels.right, Effort::lit("0.75")); // 3 m/s²
     /// let blind = step(400, Failures::ALL);
-    /// assert_eq!((blind.caution, blind.wheels.right), (Caution::Blind, Signal::ZERO)); // 6 m/s²
+    /// assert_eq!((blind.caution, blind.wheels.right), (SpeedLimit::Blind, Effort::ZERO)); // 6 m/s²
     /// ```
     // Not inlined: its histogram must not be on the stack while the caller makes the scan.
     #[inline(never)]
-    pub fn step(&mut self, situation: &Situation<'_>) -> Command {
+    pub fn step(&mut self, situation: &ControlInput<'_>) -> Command {
         let fresh = Fresh::of(situation, self.rules.borrow().config());
         let mut credibility = Credibility::of(&situation.failures);
         if self.rules.borrow().config().blame == Blame::Own {
-            credibility.braitenberg = Signal::ONE;
+            credibility.braitenberg = Effort::ONE;
         }
         let nearest = fresh.nearest(self.rules.borrow().config());
         let (wanted, valley, caution, coverage) =
@@ -174,19 +174,19 @@ impl<R: Borrow<ControlRules>> Controller<R> {
     /// Eq. 1 before `f_a`, and what became of it.
     fn wanted(
         &self,
-        situation: &Situation<'_>,
+        situation: &ControlInput<'_>,
         fresh: &Fresh<'_>,
         credibility: &Credibility,
         nearest: Millimeters,
-    ) -> (Motion, Option<Valley>, Caution, Coverage) {
+    ) -> (Motion, Option<Valley>, SpeedLimit, Coverage) {
         let config = self.rules.borrow().config();
         let coverage = fresh.coverage(&config.coverage);
         if situation.pose.at.distance(situation.goal) <= config.goal_radius {
-            return (Motion::STILL, None, Caution::Arrived, coverage);
+            return (Motion::STILL, None, SpeedLimit::Arrived, coverage);
         }
         let fastest = coverage.fastest(&config.coverage);
-        if fastest == Signal::ZERO {
-            return (Motion::STILL, None, Caution::Blind, coverage);
+        if fastest == Effort::ZERO {
+            return (Motion::STILL, None, SpeedLimit::Blind, coverage);
         }
         let bearing = situation.pose.at.bearing(situation.goal);
         // At the goal's very place, which is within its radius, any bearing will do.
@@ -195,7 +195,7 @@ impl<R: Borrow<ControlRules>> Controller<R> {
         });
 
         let near = fresh.readings.map(|reading| {
-            nearness(reading, config.rangefinder_default, config.outlook).unwrap_or(Signal::ZERO)
+            nearness(reading, config.rangefinder_default, config.outlook).unwrap_or(Effort::ZERO)
         });
         let mut believed = near;
         for (near, &left) in believed.iter_mut().zip(&fresh.left) {
@@ -215,13 +215,18 @@ impl<R: Borrow<ControlRules>> Controller<R> {
             .saturating_add(weighted(v2, credibility.goal, &alpha.azimuth));
         let ahead = weighted(v3, credibility.goal, &alpha.speed);
         if !open {
-            let ahead = Signal::ZERO;
-            return (Motion { turn: v1, ahead }, None, Caution::NoWay, coverage);
+            let ahead = Effort::ZERO;
+            return (
+                Motion { turn: v1, ahead },
+                None,
+                SpeedLimit::NoWay,
+                coverage,
+            );
         }
         let (ahead, caution) = if ahead > fastest {
-            (fastest, Caution::Slowed)
+            (fastest, SpeedLimit::Slowed)
         } else {
-            (ahead, Caution::None)
+            (ahead, SpeedLimit::None)
         };
         (Motion { turn, ahead }, valley, caution, coverage)
     }
@@ -229,17 +234,17 @@ impl<R: Borrow<ControlRules>> Controller<R> {
     /// `v_1R` and the valley, and whether any direction is open.
     ///
     /// \[004\] does not say what to do where all are blocked. A scanner that is not believed blocks nothing.
-    fn avoidance(&self, fresh: &Fresh<'_>, goal: BinaryAngle) -> (Signal, Option<Valley>, bool) {
+    fn avoidance(&self, fresh: &Fresh<'_>, goal: BinaryAngle) -> (Effort, Option<Valley>, bool) {
         let config = self.rules.borrow().config();
         let Some(scan) = fresh.scan else {
-            return (Signal::ZERO, None, true);
+            return (Effort::ZERO, None, true);
         };
         let histogram = PolarHistogram::of(scan, &config.histogram);
         let chosen = (config.threshold).choose(&histogram, goal, self.kept, config.commitment);
         match chosen {
             Some(valley) => (valley.turn(), chosen, true),
             None if is_heeded(fresh.scanner_left) => (self.kept.signed(HALF), None, false),
-            None => (Signal::ZERO, None, true),
+            None => (Effort::ZERO, None, true),
         }
     }
 }
@@ -247,7 +252,7 @@ impl<R: Borrow<ControlRules>> Controller<R> {
 /// Whether a sensor is believed by half at least, of which `left` is left.
 ///
 /// One that is not stops nobody; so it must not count as seeing either.
-fn is_heeded(left: Signal) -> bool {
+fn is_heeded(left: Effort) -> bool {
     left >= HALF
 }
 
@@ -255,14 +260,14 @@ fn is_heeded(left: Signal) -> bool {
 struct Fresh<'a> {
     readings: PerRangefinder<Reading>,
     /// 1 − φ of those that were heard.
-    left: PerRangefinder<Signal>,
+    left: PerRangefinder<Effort>,
     scan: Option<&'a PerBeam<Reading>>,
     /// The same of the scanner.
-    scanner_left: Signal,
+    scanner_left: Effort,
 }
 
 impl<'a> Fresh<'a> {
-    fn of(situation: &Situation<'a>, config: &ControlConfig) -> Self {
+    fn of(situation: &ControlInput<'a>, config: &ControlConfig) -> Self {
         let stale_after = config.stale_after;
         // What is dated a little ahead is fresh, as clocks may differ; no half turn of the ticks makes old
         // things new.
@@ -283,14 +288,14 @@ impl<'a> Fresh<'a> {
         Self {
             readings,
             left: failures.rangefinders.map(Failure::left),
-            scan: scan.filter(|_| scanner_left > Signal::ZERO),
+            scan: scan.filter(|_| scanner_left > Effort::ZERO),
             scanner_left,
         }
     }
 
     /// How much of what lies ahead is seen by who is heeded.
     fn coverage(&self, config: &CoverageConfig) -> Coverage {
-        let heeded = |left| if is_heeded(left) { left } else { Signal::ZERO };
+        let heeded = |left| if is_heeded(left) { left } else { Effort::ZERO };
         Coverage::of(config, &self.left.map(heeded), heeded(self.scanner_left))
     }
 

@@ -1,7 +1,7 @@
 //! How much of what lies ahead is seen by sensors that can be believed.
 
 use super::motion::{bounded, scaled};
-use super::{PerRangefinder, RANGEFINDERS, Signal};
+use super::{Effort, PerRangefinder, RANGEFINDERS};
 
 /// What each sensor sees of what lies ahead, and how much must be seen.
 ///
@@ -13,19 +13,19 @@ pub struct CoverageConfig {
     /// What each rangefinder sees, of all that a robot at full speed must; the first half looks to
     /// the left, as in \[004\] eq. 4.
     #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
-    pub rangefinders: PerRangefinder<Signal>,
+    pub rangefinders: PerRangefinder<Effort>,
     /// What the scanner sees.
     #[cfg_attr(feature = "defmt", defmt(Display2Format))]
-    pub scanner: Signal,
+    pub scanner: Effort,
     /// The robot stands still where less than this is seen.
     #[cfg_attr(feature = "defmt", defmt(Display2Format))]
-    pub least: Signal,
+    pub least: Effort,
 }
 
 /// How much of what lies ahead is seen: 1 is enough for full speed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Coverage(#[cfg_attr(feature = "defmt", defmt(Display2Format))] Signal);
+pub struct Coverage(#[cfg_attr(feature = "defmt", defmt(Display2Format))] Effort);
 
 impl Coverage {
     /// Returns what sensors see of which so much is left: 1 less their failure, 0 of a sensor that is
@@ -34,31 +34,31 @@ impl Coverage {
     /// Formula: the scanner's seen · left and twice Σ seen · left of the rangefinders on the side that
     /// sees less, at most 1. What is seen on the right is no help against what stands on the left.
     #[must_use]
-    pub fn of(config: &CoverageConfig, left: &PerRangefinder<Signal>, scanner: Signal) -> Self {
+    pub fn of(config: &CoverageConfig, left: &PerRangefinder<Effort>, scanner: Effort) -> Self {
         const HALF: usize = RANGEFINDERS / 2;
         let parts = || config.rangefinders.iter().zip(left);
-        let sum = |sum: Signal, (&sees, &left): (&Signal, &Signal)| {
+        let sum = |sum: Effort, (&sees, &left): (&Effort, &Effort)| {
             sum.saturating_add(scaled(left, sees))
         };
-        let on_the_left = parts().take(HALF).fold(Signal::ZERO, sum);
-        let on_the_right = parts().skip(HALF).fold(Signal::ZERO, sum);
+        let on_the_left = parts().take(HALF).fold(Effort::ZERO, sum);
+        let on_the_right = parts().skip(HALF).fold(Effort::ZERO, sum);
         let weaker = on_the_left.min(on_the_right);
         let both = weaker.saturating_add(weaker);
         let seen = scaled(scanner, config.scanner).saturating_add(both);
-        Self(bounded(seen, Signal::ZERO, Signal::ONE))
+        Self(bounded(seen, Effort::ZERO, Effort::ONE))
     }
 
     /// Returns the part, 0..=1.
     #[must_use]
-    pub const fn part(self) -> Signal {
+    pub const fn part(self) -> Effort {
         self.0
     }
 
     /// Returns the fastest that is allowed: as much of full speed as is seen, nothing below the least.
     #[must_use]
-    pub fn fastest(self, config: &CoverageConfig) -> Signal {
+    pub fn fastest(self, config: &CoverageConfig) -> Effort {
         if self.0 < config.least {
-            Signal::ZERO
+            Effort::ZERO
         } else {
             self.0
         }
@@ -71,17 +71,17 @@ mod tests {
 
     fn config() -> CoverageConfig {
         CoverageConfig {
-            rangefinders: [0.25, 0.125, 0.0, 0.0, 0.125, 0.25].map(Signal::from_num),
-            scanner: Signal::ONE,
-            least: Signal::lit("0.25"),
+            rangefinders: [0.25, 0.125, 0.0, 0.0, 0.125, 0.25].map(Effort::from_num),
+            scanner: Effort::ONE,
+            least: Effort::lit("0.25"),
         }
     }
 
     fn fastest(left: [f64; 6], scanner: f64) -> f64 {
         let coverage = Coverage::of(
             &config(),
-            &left.map(Signal::from_num),
-            Signal::from_num(scanner),
+            &left.map(Effort::from_num),
+            Effort::from_num(scanner),
         );
         coverage.fastest(&config()).to_num()
     }

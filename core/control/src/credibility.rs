@@ -1,7 +1,7 @@
 //! How far each behaviour is believed: \[004\] eq. 14 and 15.
 
 use super::motion::{bounded, scaled};
-use super::{Failures, Signal};
+use super::{Effort, Failures};
 use certainty_core::narrow::saturating_i32;
 
 /// μ of \[004\] eq. 1, one a behaviour.
@@ -12,13 +12,13 @@ use certainty_core::narrow::saturating_i32;
 pub struct Credibility {
     /// μ₀: the Braitenberg behaviour.
     #[cfg_attr(feature = "defmt", defmt(Display2Format))]
-    pub braitenberg: Signal,
+    pub braitenberg: Effort,
     /// μ₁: the histogram's.
     #[cfg_attr(feature = "defmt", defmt(Display2Format))]
-    pub histogram: Signal,
+    pub histogram: Effort,
     /// μ₂ and μ₃: turning to the goal and going ahead.
     #[cfg_attr(feature = "defmt", defmt(Display2Format))]
-    pub goal: Signal,
+    pub goal: Effort,
 }
 
 /// `c_1` = −3 + √15, in Q32.
@@ -35,15 +35,15 @@ impl Credibility {
     /// Differs from \[004\] in that φ may lie between 0 and 1; at the ends it is \[004\].
     ///
     /// ```
-    /// use certainty_control::{Credibility, Failures, Signal};
+    /// use certainty_control::{Credibility, Failures, Effort};
     ///
-    /// assert_eq!(Credibility::of(&Failures::NONE).braitenberg, Signal::ONE);
-    /// assert_eq!(Credibility::of(&Failures::ALL).goal, Signal::ZERO);
+    /// assert_eq!(Credibility::of(&Failures::NONE).braitenberg, Effort::ONE);
+    /// assert_eq!(Credibility::of(&Failures::ALL).goal, Effort::ZERO);
     /// ```
     #[must_use]
     pub fn of(failures: &Failures) -> Self {
         let parts = failures.rangefinders.map(|failure| failure.part());
-        let sum = parts.into_iter().fold(Signal::ZERO, Signal::saturating_add);
+        let sum = parts.into_iter().fold(Effort::ZERO, Effort::saturating_add);
         // Pair by pair, so that what is rounded is the same for left and right.
         let [a, b, c, d, e, f] = parts;
         let pairs = [scaled(a, f), scaled(b, e), scaled(c, d)];
@@ -51,21 +51,21 @@ impl Credibility {
         Self {
             braitenberg: inverse_of(sum),
             histogram: failures.scanner.left(),
-            goal: Signal::ONE.saturating_sub(product),
+            goal: Effort::ONE.saturating_sub(product),
         }
     }
 }
 
 /// Eq. 14.
-fn inverse_of(sum: Signal) -> Signal {
+fn inverse_of(sum: Effort) -> Effort {
     const Q48: i64 = 1 << 48;
     // 0.87 to 6.87 in Q32, whose inverse in Q16 is 2^48 over it; 8 bits more to round them once.
     let divisor = (i64::from(sum.to_bits()) << 16).saturating_add(C1_Q32);
     let inverse = (Q48 << 8).checked_div(divisor).unwrap_or(0);
     let exact = inverse.saturating_add(C2_Q32 >> 8);
     let rounded = exact.saturating_add(1 << 7) >> 8;
-    let bits = Signal::from_bits(saturating_i32(rounded));
-    bounded(bits, Signal::ZERO, Signal::ONE)
+    let bits = Effort::from_bits(saturating_i32(rounded));
+    bounded(bits, Effort::ZERO, Effort::ONE)
 }
 
 #[cfg(test)]
@@ -103,25 +103,25 @@ mod tests {
                 "{failures}: {ours} {expected}"
             );
         }
-        assert_eq!(failed(0, false).braitenberg, Signal::ONE);
-        assert_eq!(failed(6, false).braitenberg, Signal::ZERO);
+        assert_eq!(failed(0, false).braitenberg, Effort::ONE);
+        assert_eq!(failed(6, false).braitenberg, Effort::ZERO);
     }
 
     #[test]
     fn eq_15_by_hand() {
-        assert_eq!(failed(0, true).histogram, Signal::ZERO);
-        assert_eq!(failed(6, false).histogram, Signal::ONE);
-        assert_eq!(failed(5, true).goal, Signal::ONE);
-        assert_eq!(failed(6, false).goal, Signal::ONE);
-        assert_eq!(failed(6, true).goal, Signal::ZERO);
+        assert_eq!(failed(0, true).histogram, Effort::ZERO);
+        assert_eq!(failed(6, false).histogram, Effort::ONE);
+        assert_eq!(failed(5, true).goal, Effort::ONE);
+        assert_eq!(failed(6, false).goal, Effort::ONE);
+        assert_eq!(failed(6, true).goal, Effort::ZERO);
     }
 
     #[test]
     fn no_failure_leaves_all_credibility() {
         let all = Credibility {
-            braitenberg: Signal::ONE,
-            histogram: Signal::ONE,
-            goal: Signal::ONE,
+            braitenberg: Effort::ONE,
+            histogram: Effort::ONE,
+            goal: Effort::ONE,
         };
         assert_eq!(Credibility::of(&Failures::NONE), all);
     }
@@ -129,7 +129,7 @@ mod tests {
     #[test]
     fn a_little_more_failure_never_leaves_more() {
         let of = |bits: i32| {
-            let half = Failure::new_saturating(Signal::from_bits(bits));
+            let half = Failure::new_saturating(Effort::from_bits(bits));
             Credibility::of(&Failures {
                 rangefinders: [half; 6],
                 scanner: half,
@@ -138,7 +138,7 @@ mod tests {
         for bits in (0..65536).step_by(7) {
             let (less, more) = (of(bits), of(bits + 7));
             assert!(more.braitenberg <= less.braitenberg && more.goal <= less.goal);
-            assert!((Signal::ZERO..=Signal::ONE).contains(&more.braitenberg));
+            assert!((Effort::ZERO..=Effort::ONE).contains(&more.braitenberg));
         }
     }
 }

@@ -4,7 +4,7 @@ mod suspicions;
 mod verdict;
 
 use super::histogram::PerBeam;
-use super::{Failures, PerRangefinder, RANGEFINDERS, Recollection, Views};
+use super::{ExpectedScan, Failures, PerRangefinder, RANGEFINDERS, Views};
 use certainty_core::transducer::Reading;
 use certainty_core::units::Millimeters;
 use core::fmt;
@@ -116,7 +116,7 @@ impl CrossCheck {
         &mut self,
         rangefinders: &PerRangefinder<Reading>,
         scan: &PerBeam<Reading>,
-        memory: Option<&Recollection>,
+        memory: Option<&ExpectedScan>,
     ) -> Verdicts {
         let pairs = self.config.between(rangefinders, scan);
         let verdicts = match memory {

@@ -1,10 +1,10 @@
 //! What the map remembers where the sensors look, and how it makes up for them.
 
 use super::histogram::{BEAMS, PerBeam, beam_bearing};
-use super::map_scan::Sight;
+use super::map_scan::RayHit;
 use super::motion::HALF;
 use super::nearness::nearer;
-use super::{Failure, Failures, PerRangefinder, RANGEFINDERS, Sector, Signal, Views};
+use super::{Effort, Failure, Failures, PerRangefinder, RANGEFINDERS, RayFan, Views};
 use certainty_core::certainty::Certainty;
 use certainty_core::fusion::{CertaintyGrid, Environment};
 use certainty_core::transducer::Reading;
@@ -19,9 +19,9 @@ use certainty_core::units::{Millimeters, Pose};
 /// Memory: 1,764 bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Recollection {
+pub struct ExpectedScan {
     /// Around each rangefinder.
-    pub sectors: PerRangefinder<Sector>,
+    pub sectors: PerRangefinder<RayFan>,
     /// Where the scanner looks.
     pub scan: PerBeam<Reading>,
     /// How far the map surely shows nothing there.
@@ -40,10 +40,10 @@ pub struct Completed<'a> {
     pub failures: Failures,
 }
 
-impl Recollection {
+impl ExpectedScan {
     /// Nothing is remembered anywhere.
     pub const NOTHING: Self = Self {
-        sectors: [Sector::EMPTY; RANGEFINDERS],
+        sectors: [RayFan::EMPTY; RANGEFINDERS],
         scan: [Reading::NoObject; BEAMS],
         clear: [Millimeters::ZERO; BEAMS],
     };
@@ -60,7 +60,7 @@ impl Recollection {
     ) -> Self {
         let sector = |mounting| {
             let from = robot.compose(mounting);
-            Sector::of_map(map, from, views.rangefinders_see, obstacle)
+            RayFan::of_map(map, from, views.rangefinders_see, obstacle)
         };
         let mut seen = Self {
             sectors: views.rangefinders.map(sector),
@@ -71,7 +71,7 @@ impl Recollection {
         for ((reading, clear), index) in beams.zip(0..=u8::MAX) {
             let heading = scanner.heading.wrapping_add(beam_bearing(index));
             let along = Pose::new(scanner.at, heading);
-            let sight = Sight::in_map(map, along, views.scanner_sees, obstacle);
+            let sight = RayHit::in_map(map, along, views.scanner_sees, obstacle);
             (*reading, *clear) = (sight.met, sight.clear);
         }
         seen
@@ -94,7 +94,7 @@ impl Recollection {
         failures: &Failures,
     ) -> Completed<'a> {
         let failures = failures.or_silent(rangefinders, Some(scan));
-        let forgotten = Failure::new_saturating(Signal::ONE.saturating_sub(worth(&failures)));
+        let forgotten = Failure::new_saturating(Effort::ONE.saturating_sub(worth(&failures)));
         let mut completed = Completed {
             rangefinders: *rangefinders,
             scan,
@@ -119,13 +119,13 @@ impl Recollection {
 }
 
 /// How far a memory can be believed that such sensors draw.
-fn worth(failures: &Failures) -> Signal {
+fn worth(failures: &Failures) -> Effort {
     let each = failures.rangefinders.iter();
-    let (sum, count) = each.fold((Signal::ZERO, 0_i32), |(sum, count), failure| {
+    let (sum, count) = each.fold((Effort::ZERO, 0_i32), |(sum, count), failure| {
         let sum = sum.saturating_add(failure.left());
         (sum, count.wrapping_add(1))
     });
-    let mean = Signal::from_bits(sum.to_bits().checked_div(count).unwrap_or(0));
+    let mean = Effort::from_bits(sum.to_bits().checked_div(count).unwrap_or(0));
     failures.scanner.left().max(mean.min(HALF))
 }
 
@@ -141,9 +141,9 @@ mod tests {
     }
 
     /// Something a metre away everywhere.
-    fn memory() -> Recollection {
-        Recollection {
-            sectors: [Sector::of_rays([echo(1000); 11], Millimeters::new(1000)); RANGEFINDERS],
+    fn memory() -> ExpectedScan {
+        ExpectedScan {
+            sectors: [RayFan::of_rays([echo(1000); 11], Millimeters::new(1000)); RANGEFINDERS],
             scan: [echo(1000); BEAMS],
             clear: [Millimeters::new(1000); BEAMS],
         }
@@ -160,8 +160,8 @@ mod tests {
 
     #[test]
     fn it_takes_the_memory_that_is_written_down() {
-        assert_eq!(size_of::<Recollection>(), 1764);
-        assert_eq!(size_of::<Sector>(), 92);
+        assert_eq!(size_of::<ExpectedScan>(), 1764);
+        assert_eq!(size_of::<RayFan>(), 92);
     }
 
     #[test]

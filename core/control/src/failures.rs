@@ -1,6 +1,6 @@
 //! Which sensors have failed, and how far: **F** of \[004\] §3.
 
-use super::Signal;
+use super::Effort;
 use super::braitenberg::{PerRangefinder, RANGEFINDERS};
 use super::histogram::{BEAMS, PerBeam};
 use super::motion::{HALF, scaled, share};
@@ -18,21 +18,21 @@ pub const SENSORS: usize = RANGEFINDERS + 1;
 /// Possession proves that it is within 0..=1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Failure(#[cfg_attr(feature = "defmt", defmt(Display2Format))] Signal);
+pub struct Failure(#[cfg_attr(feature = "defmt", defmt(Display2Format))] Effort);
 
 impl Failure {
     /// Sound.
-    pub const NONE: Self = Self(Signal::ZERO);
+    pub const NONE: Self = Self(Effort::ZERO);
     /// Failed.
-    pub const TOTAL: Self = Self(Signal::ONE);
+    pub const TOTAL: Self = Self(Effort::ONE);
 
     /// Creates the failure of `part`, within 0..=1: beyond it saturates.
     #[must_use]
-    pub const fn new_saturating(part: Signal) -> Self {
+    pub const fn new_saturating(part: Effort) -> Self {
         let bits = part.to_bits();
         if bits <= 0 {
             Self::NONE
-        } else if bits >= Signal::ONE.to_bits() {
+        } else if bits >= Effort::ONE.to_bits() {
             Self::TOTAL
         } else {
             Self(part)
@@ -41,14 +41,14 @@ impl Failure {
 
     /// Returns φ.
     #[must_use]
-    pub const fn part(self) -> Signal {
+    pub const fn part(self) -> Effort {
         self.0
     }
 
     /// Returns 1 − φ.
     #[must_use]
-    pub const fn left(self) -> Signal {
-        Signal::ONE.saturating_sub(self.0)
+    pub const fn left(self) -> Effort {
+        Effort::ONE.saturating_sub(self.0)
     }
 
     /// Returns whether it is at least a half: what it is of is taken for broken.
@@ -78,11 +78,11 @@ impl Failure {
         let high = config.healthy_from.to_bits();
         let below = high.saturating_sub(confidence.to_bits());
         let span = high.saturating_sub(config.failed_below.to_bits());
-        let wide = u64::from(below) << Signal::FRAC_NBITS;
+        let wide = u64::from(below) << Effort::FRAC_NBITS;
         // At most 2^32 where the span is one step.
         let part = wide.checked_div(span.into()).unwrap_or(0);
-        Self::new_saturating(Signal::from_bits(
-            low_u32(part.min(1 << Signal::FRAC_NBITS)).cast_signed(),
+        Self::new_saturating(Effort::from_bits(
+            low_u32(part.min(1 << Effort::FRAC_NBITS)).cast_signed(),
         ))
     }
 }
@@ -147,10 +147,10 @@ impl Failures {
                 *failure = Failure::TOTAL;
             }
         }
-        let left = scan.map_or(Signal::ZERO, |scan| {
+        let left = scan.map_or(Effort::ZERO, |scan| {
             scaled(self.scanner.left(), heard(scan))
         });
-        self.scanner = Failure::new_saturating(Signal::ONE.saturating_sub(left));
+        self.scanner = Failure::new_saturating(Effort::ONE.saturating_sub(left));
         self
     }
 
@@ -167,7 +167,7 @@ impl Failures {
 }
 
 /// The part that is heard of the third of the field of which least is.
-fn heard(scan: &PerBeam<Reading>) -> Signal {
+fn heard(scan: &PerBeam<Reading>) -> Effort {
     // 34, 33 and 34 beams: as many to the right as to the left.
     const SIDE: usize = BEAMS.div_ceil(3);
     const MIDDLE: usize = BEAMS - 2 * SIDE;
@@ -291,19 +291,19 @@ mod tests {
         scan[..17].fill(SILENT);
         let readings = [Reading::NoObject; RANGEFINDERS];
         let failures = half.or_silent(&readings, Some(&scan));
-        assert_eq!(failures.scanner.part(), Signal::lit("0.75"));
+        assert_eq!(failures.scanner.part(), Effort::lit("0.75"));
     }
 
     #[test]
     fn broken_is_from_a_half_on() {
         assert!(Failure::TOTAL.is_broken() && !Failure::NONE.is_broken());
         assert!(Failure::new_saturating(HALF).is_broken());
-        assert!(!Failure::new_saturating(HALF - Signal::DELTA).is_broken());
+        assert!(!Failure::new_saturating(HALF - Effort::DELTA).is_broken());
     }
 
     #[test]
     fn no_failure_is_beyond_its_ends() {
-        assert_eq!(Failure::new_saturating(Signal::MAX), Failure::TOTAL);
-        assert_eq!(Failure::new_saturating(Signal::MIN), Failure::NONE);
+        assert_eq!(Failure::new_saturating(Effort::MAX), Failure::TOTAL);
+        assert_eq!(Failure::new_saturating(Effort::MIN), Failure::NONE);
     }
 }

@@ -1,7 +1,7 @@
 //! No jolt: the limit of acceleration, \[004\] eq. 16.
 
 use super::motion::bounded;
-use super::{Signal, Wheels};
+use super::{Effort, Wheels};
 use certainty_core::narrow::saturating_i32;
 
 /// How fast wheels may change their speed.
@@ -46,13 +46,13 @@ impl Limits {
     }
 
     /// The change of a signal in `elapsed_ms` at an acceleration.
-    fn step(&self, mm_s2: u32, elapsed_ms: u32) -> Signal {
+    fn step(&self, mm_s2: u32, elapsed_ms: u32) -> Effort {
         // 64 bits hold the product, 16 more of a signal's fraction included, where time has 12: 4.095 s.
         let elapsed = u64::from(elapsed_ms.min((1 << 12) - 1));
-        let change = u64::from(mm_s2).saturating_mul(elapsed) << Signal::FRAC_NBITS;
+        let change = u64::from(mm_s2).saturating_mul(elapsed) << Effort::FRAC_NBITS;
         let unit = u64::from(self.full_speed_mm_s).saturating_mul(1000);
         let bits = change.checked_div(unit).unwrap_or(0);
-        Signal::from_bits(saturating_i32(bits.cast_signed()))
+        Effort::from_bits(saturating_i32(bits.cast_signed()))
     }
 }
 
@@ -63,9 +63,9 @@ impl Default for Limits {
 }
 
 /// One wheel's speed after a step.
-fn approached(wanted: Signal, before: Signal, faster: Signal, slower: Signal) -> Signal {
+fn approached(wanted: Effort, before: Effort, faster: Effort, slower: Effort) -> Effort {
     // As if it went forwards; the mirror image is its exact opposite.
-    if before < Signal::ZERO {
+    if before < Effort::ZERO {
         let opposite = approached(
             wanted.saturating_neg(),
             before.saturating_neg(),
@@ -76,11 +76,11 @@ fn approached(wanted: Signal, before: Signal, faster: Signal, slower: Signal) ->
     }
     let most = before.saturating_add(faster);
     let least = before.saturating_sub(slower);
-    if before == Signal::ZERO {
+    if before == Effort::ZERO {
         // From standing, either way is faster.
         bounded(wanted, most.saturating_neg(), most)
     } else {
-        bounded(wanted, least.max(Signal::ZERO), most)
+        bounded(wanted, least.max(Effort::ZERO), most)
     }
 }
 
@@ -91,8 +91,8 @@ mod tests {
 
     fn wheels(right: f64, left: f64) -> Wheels {
         Wheels {
-            right: Signal::from_num(right),
-            left: Signal::from_num(left),
+            right: Effort::from_num(right),
+            left: Effort::from_num(left),
         }
     }
 
@@ -127,8 +127,8 @@ mod tests {
         assert_eq!(Limits::DEFAULT.limited(wheels(1.0, 1.0), before, 0), before);
     }
 
-    fn signal() -> impl Strategy<Value = Signal> {
-        (-65536_i32..=65536).prop_map(Signal::from_bits)
+    fn signal() -> impl Strategy<Value = Effort> {
+        (-65536_i32..=65536).prop_map(Effort::from_bits)
     }
 
     proptest! {

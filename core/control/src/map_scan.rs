@@ -52,14 +52,14 @@ pub fn beam_in_map<G: CertaintyGrid>(
 /// What a ray sees in the map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Sight {
+pub struct RayHit {
     /// What it meets.
     pub met: Reading,
     /// How far it surely meets nothing.
     pub clear: Millimeters,
 }
 
-impl Sight {
+impl RayHit {
     /// Where nothing is known: nothing is met, and nothing surely.
     pub const UNKNOWN: Self = Self {
         met: Reading::NoObject,
@@ -160,7 +160,7 @@ mod tests {
             let heading = BinaryAngle::from_millidegrees(heading * 1000);
             let from = Pose::new(Point::from_mm(from, 0), heading);
             let obstacle = Certainty::from_bits(192);
-            let sight = Sight::in_map(&map, from, Millimeters::new(far), obstacle);
+            let sight = RayHit::in_map(&map, from, Millimeters::new(far), obstacle);
             let met = beam_in_map(&map, from, Millimeters::new(far), obstacle);
             assert_eq!(sight.met, met);
             (sight.clear.get(), met)

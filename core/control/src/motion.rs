@@ -6,20 +6,20 @@ use fixed::types::I16F16;
 /// A signal or a weight: 1 is full speed, or all of it.
 ///
 /// Units and range: steps of 2^-16, ±32768.
-pub type Signal = I16F16;
+pub type Effort = I16F16;
 
 /// Returns `value` times `by`, rounded to the nearest, ties away from zero; saturates.
 ///
 /// Differs from `*` in that the opposite of a signal gives the opposite product, to the bit: a robot
 /// that drifts to one side by what is cut off is not symmetric.
-pub(super) const fn scaled(value: Signal, by: Signal) -> Signal {
-    const HALF: u64 = 1 << (Signal::FRAC_NBITS - 1);
+pub(super) const fn scaled(value: Effort, by: Effort) -> Effort {
+    const HALF: u64 = 1 << (Effort::FRAC_NBITS - 1);
     let (a, b) = (value.to_bits(), by.to_bits());
     // 31 bits each.
     let product = (a.unsigned_abs() as u64).wrapping_mul(b.unsigned_abs() as u64);
-    let magnitude = product.wrapping_add(HALF) >> Signal::FRAC_NBITS;
+    let magnitude = product.wrapping_add(HALF) >> Effort::FRAC_NBITS;
     let magnitude = saturating_i32(magnitude.cast_signed());
-    Signal::from_bits(if (a < 0) != (b < 0) {
+    Effort::from_bits(if (a < 0) != (b < 0) {
         magnitude.wrapping_neg()
     } else {
         magnitude
@@ -27,19 +27,19 @@ pub(super) const fn scaled(value: Signal, by: Signal) -> Signal {
 }
 
 /// Returns what part `value` is of `of`, within 0..=1, rounded down; 0 of nothing.
-pub(super) fn share(value: i32, of: i32) -> Signal {
-    let one = Signal::ONE.to_bits().into();
+pub(super) fn share(value: i32, of: i32) -> Effort {
+    let one = Effort::ONE.to_bits().into();
     let wide = i64::from(value).saturating_mul(one);
     let part = wide.checked_div(of.into()).unwrap_or(0).clamp(0, one);
-    Signal::from_bits(low_u32(part.cast_unsigned()).cast_signed())
+    Effort::from_bits(low_u32(part.cast_unsigned()).cast_signed())
 }
 
 /// One half.
-pub(super) const HALF: Signal = Signal::lit("0.5");
+pub(super) const HALF: Effort = Effort::lit("0.5");
 
 /// Returns the value within `low..=high` that is nearest to `value`; `low` where they are the wrong way
 /// round, for which `clamp` has a panic.
-pub(super) fn bounded(value: Signal, low: Signal, high: Signal) -> Signal {
+pub(super) fn bounded(value: Effort, low: Effort, high: Effort) -> Effort {
     if value < low {
         low
     } else if value > high {
@@ -58,10 +58,10 @@ pub(super) fn bounded(value: Signal, low: Signal, high: Signal) -> Signal {
 pub struct Motion {
     /// What the right wheels get and the left ones lose; positive to the left.
     #[cfg_attr(feature = "defmt", defmt(Display2Format))]
-    pub turn: Signal,
+    pub turn: Effort,
     /// What both get.
     #[cfg_attr(feature = "defmt", defmt(Display2Format))]
-    pub ahead: Signal,
+    pub ahead: Effort,
 }
 
 /// The speeds of the right and of the left wheels.
@@ -72,17 +72,17 @@ pub struct Motion {
 pub struct Wheels {
     /// `v_R`.
     #[cfg_attr(feature = "defmt", defmt(Display2Format))]
-    pub right: Signal,
+    pub right: Effort,
     /// `v_L`.
     #[cfg_attr(feature = "defmt", defmt(Display2Format))]
-    pub left: Signal,
+    pub left: Effort,
 }
 
 impl Motion {
     /// Standing still.
     pub const STILL: Self = Self {
-        turn: Signal::ZERO,
-        ahead: Signal::ZERO,
+        turn: Effort::ZERO,
+        ahead: Effort::ZERO,
     };
 
     /// Returns the wheels' speeds: `v_R` = ahead + turn, `v_L` = ahead − turn, neither beyond ±1.
@@ -91,8 +91,8 @@ impl Motion {
     /// full speed is for going ahead. A sum cut off wheel by wheel would turn less the faster it went.
     #[must_use]
     pub fn wheels(self) -> Wheels {
-        let turn = bounded(self.turn, Signal::NEG_ONE, Signal::ONE);
-        let left_over = Signal::ONE.saturating_sub(turn.saturating_abs());
+        let turn = bounded(self.turn, Effort::NEG_ONE, Effort::ONE);
+        let left_over = Effort::ONE.saturating_sub(turn.saturating_abs());
         let ahead = bounded(self.ahead, left_over.saturating_neg(), left_over);
         Wheels {
             right: ahead.saturating_add(turn),
@@ -104,8 +104,8 @@ impl Motion {
 impl Wheels {
     /// Standing still.
     pub const STOPPED: Self = Self {
-        right: Signal::ZERO,
-        left: Signal::ZERO,
+        right: Effort::ZERO,
+        left: Effort::ZERO,
     };
 
     /// Returns the speeds with right and left exchanged.
@@ -139,7 +139,7 @@ impl Side {
     }
 
     /// Returns `amount` with the sign of turning to this side.
-    pub(super) const fn signed(self, amount: Signal) -> Signal {
+    pub(super) const fn signed(self, amount: Effort) -> Effort {
         match self {
             Self::Left => amount,
             Self::Right => amount.saturating_neg(),
@@ -153,8 +153,8 @@ mod tests {
 
     fn motion(turn: f64, ahead: f64) -> Motion {
         Motion {
-            turn: Signal::from_num(turn),
-            ahead: Signal::from_num(ahead),
+            turn: Effort::from_num(turn),
+            ahead: Effort::from_num(ahead),
         }
     }
 
@@ -163,26 +163,26 @@ mod tests {
         let wheels = motion(0.25, 0.5).wheels();
         assert_eq!(
             (wheels.right, wheels.left),
-            (Signal::lit("0.75"), Signal::lit("0.25"))
+            (Effort::lit("0.75"), Effort::lit("0.25"))
         );
     }
 
     #[test]
     fn beyond_full_speed_turning_comes_first() {
         let wheels = motion(0.5, 2.0).wheels();
-        assert_eq!((wheels.right, wheels.left), (Signal::ONE, Signal::ZERO));
+        assert_eq!((wheels.right, wheels.left), (Effort::ONE, Effort::ZERO));
         let spin = motion(-7.0, 2.0).wheels();
-        assert_eq!((spin.right, spin.left), (Signal::NEG_ONE, Signal::ONE));
+        assert_eq!((spin.right, spin.left), (Effort::NEG_ONE, Effort::ONE));
     }
 
     #[test]
     fn products_are_rounded_alike_on_both_sides() {
-        let third = Signal::from_bits(21_845);
-        let weight = Signal::from_bits(65_535);
+        let third = Effort::from_bits(21_845);
+        let weight = Effort::from_bits(65_535);
         // 21845 · 65535 / 65536 = 21844.67
         assert_eq!(scaled(third, weight).to_bits(), 21_845);
         assert_eq!(scaled(-third, weight).to_bits(), -21_845);
-        assert_eq!(scaled(Signal::MIN, Signal::MIN), Signal::MAX);
-        assert_eq!(scaled(Signal::MIN, Signal::MAX), -Signal::MAX);
+        assert_eq!(scaled(Effort::MIN, Effort::MIN), Effort::MAX);
+        assert_eq!(scaled(Effort::MIN, Effort::MAX), -Effort::MAX);
     }
 }

@@ -1,6 +1,6 @@
 //! How near a reading is: \[004\] eq. 3 and 5.
 
-use super::Signal;
+use super::Effort;
 use certainty_core::narrow::low_u32;
 use certainty_core::transducer::Reading;
 use certainty_core::units::Millimeters;
@@ -8,7 +8,7 @@ use certainty_core::units::Millimeters;
 /// What a rangefinder reads where nothing is wrong, and so what differs from it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Outlook {
+pub enum Mounting {
     /// It looks straight ahead: only what is nearer than the default counts, \[004\] eq. 5.
     Level,
     /// It looks down, and the default is where it meets flat ground: what is farther is a hole, and
@@ -28,32 +28,32 @@ pub enum Outlook {
 /// default count for nothing; here what is deeper is no better.
 ///
 /// ```
-/// use certainty_control::{Outlook, Signal, nearness};
+/// use certainty_control::{Mounting, Effort, nearness};
 /// use certainty_core::transducer::Reading;
 /// use certainty_core::units::Millimeters;
 ///
 /// let default = Millimeters::new(2000);
 /// let echo = |mm| Reading::Echo(Millimeters::new(mm));
-/// assert_eq!(nearness(echo(500), default, Outlook::Level), Some(Signal::lit("0.75")));
-/// assert_eq!(nearness(echo(3000), default, Outlook::Level), Some(Signal::ZERO));
-/// assert_eq!(nearness(echo(3000), default, Outlook::Tilted), Some(Signal::lit("0.5")));
+/// assert_eq!(nearness(echo(500), default, Mounting::Level), Some(Effort::lit("0.75")));
+/// assert_eq!(nearness(echo(3000), default, Mounting::Level), Some(Effort::ZERO));
+/// assert_eq!(nearness(echo(3000), default, Mounting::Tilted), Some(Effort::lit("0.5")));
 /// ```
 #[must_use]
-pub const fn nearness(reading: Reading, default: Millimeters, outlook: Outlook) -> Option<Signal> {
+pub const fn nearness(reading: Reading, default: Millimeters, outlook: Mounting) -> Option<Effort> {
     let Some(off) = off(reading, default, outlook) else {
         return None;
     };
     // At most one, by 32 and 16 bits.
-    let wide = (off.get() as u64) << Signal::FRAC_NBITS;
+    let wide = (off.get() as u64) << Effort::FRAC_NBITS;
     Some(match wide.checked_div(default.get() as u64) {
-        Some(part) => Signal::from_bits(low_u32(part).cast_signed()),
-        None => Signal::ZERO,
+        Some(part) => Effort::from_bits(low_u32(part).cast_signed()),
+        None => Effort::ZERO,
     })
 }
 
 /// By how much a reading is off what a rangefinder reads where nothing is wrong, at most by that.
-const fn off(reading: Reading, default: Millimeters, outlook: Outlook) -> Option<Millimeters> {
-    let tilted = matches!(outlook, Outlook::Tilted);
+const fn off(reading: Reading, default: Millimeters, outlook: Mounting) -> Option<Millimeters> {
+    let tilted = matches!(outlook, Mounting::Tilted);
     let most = default.get();
     let off = match reading {
         Reading::Missing(_) => return None,
@@ -75,11 +75,11 @@ const fn off(reading: Reading, default: Millimeters, outlook: Outlook) -> Option
 pub(super) fn in_the_way(
     reading: Reading,
     default: Millimeters,
-    outlook: Outlook,
+    outlook: Mounting,
 ) -> Option<Millimeters> {
     match outlook {
-        Outlook::Level => distance(reading),
-        Outlook::Tilted => {
+        Mounting::Level => distance(reading),
+        Mounting::Tilted => {
             let off = off(reading, default, outlook)?;
             (off > Millimeters::ZERO).then(|| default.saturating_sub(off))
         }
@@ -112,8 +112,8 @@ mod tests {
 
     const DEFAULT: Millimeters = Millimeters::new(1600);
 
-    fn of(reading: Reading, outlook: Outlook) -> Option<f64> {
-        nearness(reading, DEFAULT, outlook).map(Signal::to_num)
+    fn of(reading: Reading, outlook: Mounting) -> Option<f64> {
+        nearness(reading, DEFAULT, outlook).map(Effort::to_num)
     }
 
     const fn echo(mm: u32) -> Reading {
@@ -142,10 +142,10 @@ mod tests {
             (1600, 0.0),
             (9000, 0.0),
         ] {
-            assert_eq!(of(echo(mm), Outlook::Level), Some(expected), "{mm}");
+            assert_eq!(of(echo(mm), Mounting::Level), Some(expected), "{mm}");
         }
-        assert_eq!(of(Reading::NoObject, Outlook::Level), Some(0.0));
-        assert_eq!(of(Reading::TooNear, Outlook::Level), Some(1.0));
+        assert_eq!(of(Reading::NoObject, Mounting::Level), Some(0.0));
+        assert_eq!(of(Reading::TooNear, Mounting::Level), Some(1.0));
     }
 
     #[test]
@@ -157,19 +157,19 @@ mod tests {
             (3200, 1.0),
             (9000, 1.0),
         ] {
-            assert_eq!(of(echo(mm), Outlook::Tilted), Some(expected), "{mm}");
+            assert_eq!(of(echo(mm), Mounting::Tilted), Some(expected), "{mm}");
         }
-        assert_eq!(of(Reading::NoObject, Outlook::Tilted), Some(1.0));
+        assert_eq!(of(Reading::NoObject, Mounting::Tilted), Some(1.0));
     }
 
     #[test]
     fn what_is_missing_says_nothing() {
         let missing = Reading::Missing(Missing::Timeout);
-        assert_eq!(of(missing, Outlook::Level), None);
-        assert_eq!(of(missing, Outlook::Tilted), None);
+        assert_eq!(of(missing, Mounting::Level), None);
+        assert_eq!(of(missing, Mounting::Tilted), None);
         assert_eq!(
-            nearness(echo(3), Millimeters::ZERO, Outlook::Level),
-            Some(Signal::ZERO)
+            nearness(echo(3), Millimeters::ZERO, Mounting::Level),
+            Some(Effort::ZERO)
         );
     }
 }

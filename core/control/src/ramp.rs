@@ -1,6 +1,6 @@
 //! A function of straight pieces: α of \[004\] eq. 1 and Fig. 5.
 
-use super::Signal;
+use super::Effort;
 use certainty_core::narrow::saturating_i32;
 use certainty_core::units::Millimeters;
 use core::fmt;
@@ -13,7 +13,7 @@ pub struct Corner {
     pub at: Millimeters,
     /// How high.
     #[cfg_attr(feature = "defmt", defmt(Display2Format))]
-    pub height: Signal,
+    pub height: Effort,
 }
 
 /// A function of the distance to the nearest obstacle, of straight pieces between four corners, level
@@ -57,17 +57,17 @@ impl Ramp {
     /// Returns the height at `distance`; rounds towards the corner before it.
     ///
     /// ```
-    /// use certainty_control::{Corner, Ramp, Signal};
+    /// use certainty_control::{Corner, Ramp, Effort};
     /// use certainty_core::units::Millimeters;
     ///
-    /// let corner = |mm, height| Corner { at: Millimeters::new(mm), height: Signal::from_num(height) };
+    /// let corner = |mm, height| Corner { at: Millimeters::new(mm), height: Effort::from_num(height) };
     /// let ramp = Ramp::try_new([corner(500, 1.0), corner(1000, 0.5), corner(2000, 0.5), corner(3000, 0.0)])?;
-    /// assert_eq!(ramp.at(Millimeters::new(750)), Signal::lit("0.75"));
-    /// assert_eq!(ramp.at(Millimeters::new(9000)), Signal::ZERO);
+    /// assert_eq!(ramp.at(Millimeters::new(750)), Effort::lit("0.75"));
+    /// assert_eq!(ramp.at(Millimeters::new(9000)), Effort::ZERO);
     /// # Ok::<(), certainty_control::RampError>(())
     /// ```
     #[must_use]
-    pub fn at(&self, distance: Millimeters) -> Signal {
+    pub fn at(&self, distance: Millimeters) -> Effort {
         let [first, ..] = self.0;
         let mut before = first;
         for corner in self.0 {
@@ -83,17 +83,17 @@ impl Ramp {
 impl Corner {
     const fn is_bounded(&self) -> bool {
         let bits = self.height.to_bits();
-        0 <= bits && bits <= 16 << Signal::FRAC_NBITS
+        0 <= bits && bits <= 16 << Effort::FRAC_NBITS
     }
 
     /// The height at `distance`, between this corner and `next`.
-    fn to(self, next: Self, distance: Millimeters) -> Signal {
+    fn to(self, next: Self, distance: Millimeters) -> Effort {
         let rise = i64::from(next.height.to_bits()).saturating_sub(self.height.to_bits().into());
         let run = i64::from(next.at.saturating_sub(self.at).get());
         let gone = i64::from(distance.saturating_sub(self.at).get());
         // 21 bits times 32; without a run, before the first corner, there is no rise.
         let risen = rise.saturating_mul(gone).checked_div(run).unwrap_or(0);
-        Signal::from_bits(self.height.to_bits().saturating_add(saturating_i32(risen)))
+        Effort::from_bits(self.height.to_bits().saturating_add(saturating_i32(risen)))
     }
 }
 
@@ -101,7 +101,7 @@ impl Corner {
 mod tests {
     use super::*;
 
-    const fn corner(mm: u32, height: Signal) -> Corner {
+    const fn corner(mm: u32, height: Effort) -> Corner {
         Corner {
             at: Millimeters::new(mm),
             height,
@@ -109,7 +109,7 @@ mod tests {
     }
 
     fn ramp() -> Ramp {
-        let heights = [2.0, 1.0, 1.0, 0.25].map(Signal::from_num);
+        let heights = [2.0, 1.0, 1.0, 0.25].map(Effort::from_num);
         let [a, b, c, d] = heights;
         Ramp::try_new([
             corner(100, a),
@@ -134,7 +134,7 @@ mod tests {
         ] {
             assert_eq!(
                 ramp().at(Millimeters::new(mm)),
-                Signal::from_num(expected),
+                Effort::from_num(expected),
                 "{mm}"
             );
         }
@@ -142,7 +142,7 @@ mod tests {
 
     #[test]
     fn what_is_no_ramp_is_refused() {
-        let one = Signal::ONE;
+        let one = Effort::ONE;
         let same_place = [
             corner(0, one),
             corner(1, one),
@@ -150,7 +150,7 @@ mod tests {
             corner(3, one),
         ];
         assert_eq!(Ramp::try_new(same_place), Err(RampError));
-        for height in [Signal::NEG_ONE, Signal::lit("16.1")] {
+        for height in [Effort::NEG_ONE, Effort::lit("16.1")] {
             let corners = [
                 corner(0, one),
                 corner(1, one),

@@ -1,6 +1,6 @@
 //! What the map shows where a rangefinder looks, and beside it.
 
-use super::map_scan::Sight;
+use super::map_scan::RayHit;
 use super::nearness::{distance, nearer};
 use certainty_core::certainty::Certainty;
 use certainty_core::fusion::{CertaintyGrid, Environment};
@@ -30,12 +30,12 @@ const RIGHTMOST: BinaryAngle =
 /// Memory: 92 bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Sector {
+pub struct RayFan {
     rays: [Reading; RAYS],
     clear: Millimeters,
 }
 
-impl Sector {
+impl RayFan {
     /// A sector in which the map shows nothing.
     pub const EMPTY: Self = Self::of_rays([Reading::NoObject; RAYS], Millimeters::ZERO);
 
@@ -57,9 +57,9 @@ impl Sector {
         obstacle: Certainty,
     ) -> Self {
         let mut heading = from.heading.wrapping_add(RIGHTMOST);
-        let mut sights = [Sight::UNKNOWN; RAYS];
+        let mut sights = [RayHit::UNKNOWN; RAYS];
         for sight in &mut sights {
-            *sight = Sight::in_map(map, Pose::new(from.at, heading), farthest, obstacle);
+            *sight = RayHit::in_map(map, Pose::new(from.at, heading), farthest, obstacle);
             heading = heading.wrapping_add(STEP);
         }
         let [_, _, _, _, right, ahead, left, ..] = sights;
@@ -110,7 +110,7 @@ mod tests {
     const FAR: Millimeters = Millimeters::new(3000);
 
     /// A map of 4 m by 4 m in cells of 10 cm, occupied where it is told, and what is seen from its middle.
-    fn seen(occupied: &[(i32, i32)], degrees: i32) -> Sector {
+    fn seen(occupied: &[(i32, i32)], degrees: i32) -> RayFan {
         let shape = Geometry::try_new(40, 40, Millimeters::new(100), Point::from_mm(-2000, -2000));
         let shape = shape.unwrap();
         let mut grid = BayesGrid::try_new(shape, Strength::UNLIMITED, [0; 1600]).unwrap();
@@ -125,7 +125,7 @@ mod tests {
         let heading = BinaryAngle::from_millidegrees(degrees * 1000);
         let from = Pose::new(Point::from_mm(50, 50), heading);
         let map = Environment::new(&grid, &[]);
-        Sector::of_map(&map, from, FAR, Certainty::from_bits(192))
+        RayFan::of_map(&map, from, FAR, Certainty::from_bits(192))
     }
 
     const fn echo(mm: u32) -> Reading {
@@ -140,8 +140,8 @@ mod tests {
         let there = (950_f64 - 50.0).hypot(350.0 - 50.0);
         assert_eq!(seen(&[beside], 0).nearest(), echo(there as u32));
         assert_eq!(seen(&[beside], 0).ahead(), None);
-        assert_eq!(seen(&[beside], -20), Sector::EMPTY);
-        assert_eq!(seen(&[beside], 60), Sector::EMPTY);
+        assert_eq!(seen(&[beside], -20), RayFan::EMPTY);
+        assert_eq!(seen(&[beside], 60), RayFan::EMPTY);
         assert_eq!(seen(&[], 0).nearest(), Reading::NoObject);
     }
 

@@ -2,7 +2,7 @@
 
 use super::coverage::CoverageConfig;
 use super::histogram::HistogramConfig;
-use super::{Braitenberg, Corner, Limits, Outlook, Ramp, Signal, Threshold};
+use super::{Braitenberg, Corner, Effort, Limits, Mounting, Ramp, Threshold};
 use certainty_core::units::Millimeters;
 use core::fmt;
 
@@ -45,7 +45,7 @@ pub struct ControlConfig {
     /// `D_idef` of the rangefinders, eq. 3 and 5.
     pub rangefinder_default: Millimeters,
     /// What farther than that means, eq. 3 or 5.
-    pub outlook: Outlook,
+    pub outlook: Mounting,
     /// `D_idef` of the scanner's beams and `W_safe`, eq. 6 and 7.
     pub histogram: HistogramConfig,
     /// `D_th`, §3 b.
@@ -72,7 +72,7 @@ const fn ramp(corners: [(u32, i32); 4]) -> Ramp {
     const fn corner(corner: (u32, i32)) -> Corner {
         Corner {
             at: Millimeters::new(corner.0),
-            height: Signal::from_bits(corner.1.wrapping_mul(1 << (Signal::FRAC_NBITS - 4))),
+            height: Effort::from_bits(corner.1.wrapping_mul(1 << (Effort::FRAC_NBITS - 4))),
         }
     }
     let [a, b, c, d] = corners;
@@ -87,7 +87,7 @@ const LEVEL: Ramp = {
     const fn corner(mm: u32) -> Corner {
         Corner {
             at: Millimeters::new(mm),
-            height: Signal::ZERO,
+            height: Effort::ZERO,
         }
     }
     match Ramp::try_new([corner(0), corner(1), corner(2), corner(3)]) {
@@ -97,7 +97,7 @@ const LEVEL: Ramp = {
 };
 
 /// One eighth.
-const EIGHTH: Signal = Signal::lit("0.125");
+const EIGHTH: Effort = Effort::lit("0.125");
 
 impl ControlConfig {
     /// A robot of 0.9 m by 0.6 m that goes 1 m/s and sees 4 m.
@@ -105,12 +105,12 @@ impl ControlConfig {
     /// Near obstacles the avoiding behaviours dominate, far from them speed and goal, as \[004\] §3 asks.
     pub const DEFAULT: Self = Self {
         braitenberg: Braitenberg::new([
-            Signal::lit("-0.5"),
-            Signal::lit("-0.4"),
-            Signal::lit("-0.3"),
+            Effort::lit("-0.5"),
+            Effort::lit("-0.4"),
+            Effort::lit("-0.3"),
         ]),
         rangefinder_default: Millimeters::new(1500),
-        outlook: Outlook::Level,
+        outlook: Mounting::Level,
         histogram: HistogramConfig {
             default: Millimeters::new(3000),
             safe: Millimeters::new(550),
@@ -126,9 +126,9 @@ impl ControlConfig {
         blame: Blame::Shared,
         coverage: CoverageConfig {
             // Without the scanner half of full speed, and none once a corner is seen by nobody.
-            rangefinders: [EIGHTH, EIGHTH, Signal::ZERO, Signal::ZERO, EIGHTH, EIGHTH],
-            scanner: Signal::ONE,
-            least: Signal::lit("0.3"),
+            rangefinders: [EIGHTH, EIGHTH, Effort::ZERO, Effort::ZERO, EIGHTH, EIGHTH],
+            scanner: Effort::ONE,
+            least: Effort::lit("0.3"),
         },
         limits: Limits::DEFAULT,
         goal_radius: Millimeters::new(500),
@@ -188,13 +188,13 @@ impl ControlRules {
     ///
     /// [`ControlConfigError`] names what cannot be.
     pub const fn try_new(config: ControlConfig) -> Result<Self, ControlConfigError> {
-        const fn is_part(signal: Signal) -> bool {
-            0 <= signal.to_bits() && signal.to_bits() <= Signal::ONE.to_bits()
+        const fn is_part(signal: Effort) -> bool {
+            0 <= signal.to_bits() && signal.to_bits() <= Effort::ONE.to_bits()
         }
         let coverage = &config.coverage;
         let [a, b, c, d, e, f] = coverage.rangefinders;
         let parts = [a, b, c, d, e, f, coverage.scanner, coverage.least];
-        let mut rest: &[Signal] = &parts;
+        let mut rest: &[Effort] = &parts;
         let mut all_parts = true;
         while let [part, others @ ..] = rest {
             all_parts &= is_part(*part);
@@ -267,7 +267,7 @@ mod tests {
         };
         assert_eq!(refused(stuck), ControlConfigError::Limits);
         let blind = CoverageConfig {
-            least: Signal::ZERO,
+            least: Effort::ZERO,
             ..base.coverage
         };
         assert_eq!(

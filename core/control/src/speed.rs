@@ -1,6 +1,6 @@
 //! How fast to go ahead: \[004\] eq. 13.
 
-use super::Signal;
+use super::Effort;
 
 /// Returns `v_3` of \[004\] eq. 13 from the turns `v_0R`, `v_1R` and `v_2R`; the same for both sides.
 ///
@@ -10,17 +10,17 @@ use super::Signal;
 /// let the robot back up, where no scanner looks.
 ///
 /// ```
-/// use certainty_control::{Signal, linear_speed};
+/// use certainty_control::{Effort, linear_speed};
 ///
-/// let turns = [0.5, -0.25, 0.125].map(Signal::from_num);
-/// assert_eq!(linear_speed(turns), Signal::lit("0.625"));
+/// let turns = [0.5, -0.25, 0.125].map(Effort::from_num);
+/// assert_eq!(linear_speed(turns), Effort::lit("0.625"));
 /// ```
 #[must_use]
-pub fn linear_speed(turns: [Signal; 3]) -> Signal {
-    let sum = turns.into_iter().fold(Signal::ZERO, Signal::saturating_add);
-    Signal::ONE
+pub fn linear_speed(turns: [Effort; 3]) -> Effort {
+    let sum = turns.into_iter().fold(Effort::ZERO, Effort::saturating_add);
+    Effort::ONE
         .saturating_sub(sum.saturating_abs())
-        .max(Signal::ZERO)
+        .max(Effort::ZERO)
 }
 
 #[cfg(test)]
@@ -29,11 +29,11 @@ mod tests {
 
     #[test]
     fn eq_13_by_hand() {
-        let speed = |a, b, c| linear_speed([a, b, c].map(Signal::from_num)).to_num::<f64>();
+        let speed = |a, b, c| linear_speed([a, b, c].map(Effort::from_num)).to_num::<f64>();
         assert_eq!(speed(0.0, 0.0, 0.0), 1.0);
         assert_eq!(speed(-0.5, 0.25, -0.5), 0.25);
         assert_eq!(speed(0.5, -0.25, 0.5), 0.25);
         assert_eq!(speed(1.0, 0.5, 0.5), 0.0);
-        assert_eq!(linear_speed([Signal::MIN; 3]), Signal::ZERO);
+        assert_eq!(linear_speed([Effort::MIN; 3]), Effort::ZERO);
     }
 }

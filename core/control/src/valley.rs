@@ -1,6 +1,6 @@
 //! Valleys of the histogram and the one to take: \[004\] eq. 9 and 11.
 
-use super::{MIDDLE_BEAM, PolarHistogram, Side, Signal};
+use super::{Effort, MIDDLE_BEAM, PolarHistogram, Side};
 use certainty_core::narrow::{saturating_i32, saturating_u8};
 use certainty_core::units::BinaryAngle;
 
@@ -44,10 +44,10 @@ impl Valley {
     ///
     /// Range: β₁ is 0.01 a beam, counted from straight ahead, so ±0.5.
     #[must_use]
-    pub const fn turn(self) -> Signal {
+    pub const fn turn(self) -> Effort {
         // At most 100 · 2^16; towards zero on both sides.
-        let wide = self.centre_halves().wrapping_mul(1 << Signal::FRAC_NBITS);
-        Signal::from_bits(match wide.checked_div(200) {
+        let wide = self.centre_halves().wrapping_mul(1 << Effort::FRAC_NBITS);
+        Effort::from_bits(match wide.checked_div(200) {
             Some(bits) => bits,
             None => 0,
         })
@@ -209,7 +209,7 @@ mod tests {
                 last: 100
             }
             .turn(),
-            Signal::ZERO
+            Effort::ZERO
         );
         assert_eq!(
             Valley {
@@ -217,7 +217,7 @@ mod tests {
                 last: 100
             }
             .turn(),
-            Signal::lit("0.5")
+            Effort::lit("0.5")
         );
     }
 

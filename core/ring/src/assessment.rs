@@ -3,7 +3,7 @@
 use super::confidence::{RingRules, intersection_based, simulation_based};
 use super::distances::Distances;
 use super::ring::Ring;
-use certainty_core::health::{Health, HealthRules, Word};
+use certainty_core::health::{Claim, Health, HealthRules};
 use certainty_core::sensor::SensorId;
 use certainty_core::units::Ticks;
 use core::fmt;
@@ -195,9 +195,9 @@ impl<const SENSORS: usize> Monitor<SENSORS> {
             // The other side is the rest of the ring, of which no record is kept.
             let ring = &mut Health::default();
             if verdict.is_faulty() {
-                Health::contradict([health, ring], [Word::Occupied, Word::Free], &learning);
+                Health::contradict([health, ring], [Claim::Occupied, Claim::Free], &learning);
             } else {
-                Health::confirm([health, ring], Word::Occupied, &learning);
+                Health::confirm([health, ring], Claim::Occupied, &learning);
             }
             health.settle(health_rules, now);
         }

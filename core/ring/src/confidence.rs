@@ -3,7 +3,7 @@
 use super::arc::Arc;
 use super::distances::Distances;
 use super::ring::{NEIGHBOURS, ORDERS, Path, Ring};
-use certainty_core::health::{Blame, Confidence, Learning, Stride};
+use certainty_core::health::{Confidence, FaultAttribution, Learning, StepRule};
 use certainty_core::sensor::SensorId;
 use certainty_core::units::Millimeters;
 use core::fmt;
@@ -104,8 +104,8 @@ impl RingRules {
             raise: self.0.raise,
             raise_free: self.0.raise,
             lower: self.0.lower,
-            stride: Stride::Fixed,
-            blame: Blame::Alike,
+            stride: StepRule::Fixed,
+            blame: FaultAttribution::Alike,
             floor: Confidence::NONE,
             ceiling: Confidence::FULL,
         }

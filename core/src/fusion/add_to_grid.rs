@@ -1,7 +1,7 @@
 //! The arithmetic of `AddToGrid` (\[001\] Fig. 3), in integers.
 
 use super::grid::Measurement;
-use crate::health::{Blame, Confidence, Health, Learning, Stride, Word};
+use crate::health::{Claim, Confidence, FaultAttribution, Health, Learning, StepRule};
 use crate::narrow::wrapping_u8;
 use crate::sensor::SensorId;
 use core::fmt;
@@ -41,8 +41,8 @@ impl RobustConfig {
             raise: U0F16::from_bits(1 << 14),
             raise_free: U0F16::from_bits(0),
             lower: U0F16::from_bits(1365),
-            stride: Stride::Proportional,
-            blame: Blame::Shared,
+            stride: StepRule::Proportional,
+            blame: FaultAttribution::Shared,
             floor: Confidence::from_bits(1 << 10),
             ceiling: Confidence::FULL,
         },
@@ -60,8 +60,8 @@ impl RobustConfig {
             raise: U0F16::from_bits(1 << 7),
             raise_free: U0F16::from_bits(1 << 7),
             lower: U0F16::from_bits(7 << 7),
-            stride: Stride::Fixed,
-            blame: Blame::Alike,
+            stride: StepRule::Fixed,
+            blame: FaultAttribution::Alike,
             ..Self::DEFAULT.learning
         },
         ..Self::DEFAULT
@@ -158,7 +158,7 @@ impl Default for RobustRules {
 
 /// What one sensor says of some cells, as it meets what others said of them.
 #[derive(Debug)]
-pub(super) struct Voice<'a> {
+pub(super) struct Update<'a> {
     /// The sensor's own record, beside the list until the last cell.
     own: Health,
     rules: &'a RobustRules,
@@ -167,7 +167,7 @@ pub(super) struct Voice<'a> {
     sensor: SensorId,
 }
 
-impl<'a> Voice<'a> {
+impl<'a> Update<'a> {
     #[inline]
     pub(super) fn new(rules: &'a RobustRules, measurement: Measurement, own: &Health) -> Self {
         Self {
@@ -198,9 +198,9 @@ impl<'a> Voice<'a> {
             contribution = agreement(fused, said);
         }
         if comparison > i32::from(config.confirmation.to_bits()) {
-            Health::confirm([owner, own], Word::of_deviation(said), &config.learning);
+            Health::confirm([owner, own], Claim::of_deviation(said), &config.learning);
         } else if comparison < i32::from(config.contradiction.to_bits()) {
-            let words = [Word::of_deviation(occ), Word::of_deviation(said)];
+            let words = [Claim::of_deviation(occ), Claim::of_deviation(said)];
             Health::contradict([owner, own], words, &config.learning);
         }
         (contribution > i32::from(config.contribution.to_bits())).then_some(self.sensor)

@@ -1,6 +1,6 @@
 //! The classic certainty grid: eq. 1 of \[001\], one byte a cell.
 
-use super::grid::{CertaintyGrid, Measurement, Refused, zeroed};
+use super::grid::{CertaintyGrid, GridError, Measurement, zeroed};
 use super::{Cell, Geometry, LogOdds, Shape, Strength};
 use crate::certainty::Certainty;
 use crate::health::Health;
@@ -29,7 +29,7 @@ impl<Sh: Shape, S: AsRef<[u8]> + AsMut<[u8]>> BayesGrid<Sh, S> {
     ///
     /// # Errors
     ///
-    /// [`Refused`] unless `storage` has a byte for each cell.
+    /// [`GridError`] unless `storage` has a byte for each cell.
     ///
     /// # Examples
     ///
@@ -50,7 +50,7 @@ impl<Sh: Shape, S: AsRef<[u8]> + AsMut<[u8]>> BayesGrid<Sh, S> {
     /// assert_eq!(grid.certainty(cell).to_bits(), 253); // 81 to 1
     /// # Ok::<(), Box<dyn core::error::Error>>(())
     /// ```
-    pub fn try_new(shape: Sh, strongest: Strength, storage: S) -> Result<Self, Refused<S>> {
+    pub fn try_new(shape: Sh, strongest: Strength, storage: S) -> Result<Self, GridError<S>> {
         let cells = zeroed(storage, shape.geometry().cells() as usize)?;
         Ok(Self {
             shape,
@@ -99,7 +99,7 @@ impl<Sh: Shape, S: AsRef<[u8]> + AsMut<[u8]>> CertaintyGrid for BayesGrid<Sh, S>
 
 #[cfg(test)]
 mod tests {
-    use super::super::grid::Unfit;
+    use super::super::grid::GridErrorKind;
     use super::*;
     use crate::sensor::SensorId;
     use crate::units::{Millimeters, Point};
@@ -151,7 +151,7 @@ mod tests {
         let refused = BayesGrid::try_new(shape, Strength::MEASUREMENT, [9; 3]).unwrap_err();
         assert_eq!(
             (refused.why, refused.storage),
-            (Unfit::Storage { needed: 4 }, [9; 3])
+            (GridErrorKind::Storage { needed: 4 }, [9; 3])
         );
     }
 

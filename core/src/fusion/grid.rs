@@ -62,7 +62,7 @@ pub trait CertaintyGrid {
 /// Why a grid could not be made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Unfit {
+pub enum GridErrorKind {
     /// The storage has not exactly the bytes that the shape takes.
     Storage {
         /// The bytes that it takes.
@@ -77,7 +77,7 @@ pub enum Unfit {
     Trim,
 }
 
-impl fmt::Display for Unfit {
+impl fmt::Display for GridErrorKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Storage { needed } => {
@@ -92,37 +92,37 @@ impl fmt::Display for Unfit {
 /// A grid could not be made; hands the storage back.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Refused<S> {
+pub struct GridError<S> {
     /// Why.
-    pub why: Unfit,
+    pub why: GridErrorKind,
     /// The storage that was handed in.
     pub storage: S,
 }
 
-impl<S> fmt::Debug for Refused<S> {
+impl<S> fmt::Debug for GridError<S> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Refused")
+        f.debug_struct("GridError")
             .field("why", &self.why)
             .finish_non_exhaustive()
     }
 }
 
-impl<S> fmt::Display for Refused<S> {
+impl<S> fmt::Display for GridError<S> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.why.fmt(f)
     }
 }
 
-impl<S> core::error::Error for Refused<S> {}
+impl<S> core::error::Error for GridError<S> {}
 
 /// Returns `storage` filled with zeros, if it has exactly `needed` bytes.
-pub(super) fn zeroed<S: AsMut<[u8]>>(mut storage: S, needed: usize) -> Result<S, Refused<S>> {
+pub(super) fn zeroed<S: AsMut<[u8]>>(mut storage: S, needed: usize) -> Result<S, GridError<S>> {
     if storage.as_mut().len() == needed {
         storage.as_mut().fill(0);
         Ok(storage)
     } else {
-        Err(Refused {
-            why: Unfit::Storage { needed },
+        Err(GridError {
+            why: GridErrorKind::Storage { needed },
             storage,
         })
     }

@@ -1,6 +1,6 @@
 //! A grid for each sensor, kept apart until someone asks.
 
-use super::grid::{Measurement, Refused, Unfit, zeroed};
+use super::grid::{GridError, GridErrorKind, Measurement, zeroed};
 use super::{Cell, Geometry, LogOdds, Shape, Strength};
 use crate::certainty::Certainty;
 use heapless::Vec;
@@ -100,11 +100,16 @@ where
     S: AsRef<[u8]> + AsMut<[u8]>,
     K: OwnGrid,
 {
-    pub(super) fn try_new(shape: Sh, sensors: u8, own: K, storage: S) -> Result<Self, Refused<S>> {
+    pub(super) fn try_new(
+        shape: Sh,
+        sensors: u8,
+        own: K,
+        storage: S,
+    ) -> Result<Self, GridError<S>> {
         let cells = shape.geometry().cells() as usize;
         if sensors == 0 || usize::from(sensors) > N {
-            let why = Unfit::Sensors { most: N };
-            return Err(Refused { why, storage });
+            let why = GridErrorKind::Sensors { most: N };
+            return Err(GridError { why, storage });
         }
         let storage = zeroed(storage, cells.saturating_mul(sensors.into()))?;
         Ok(Self {

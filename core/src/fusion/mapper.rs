@@ -23,14 +23,14 @@ pub struct Mapper<G, H> {
 }
 
 /// Writes what one sensor says into the grid.
-struct Pen<'a, G> {
+struct GridWriter<'a, G> {
     grid: &'a mut G,
     health: &'a mut [Health],
     sensor: SensorId,
     told: u32,
 }
 
-impl<G: CertaintyGrid> Listener for Pen<'_, G> {
+impl<G: CertaintyGrid> Listener for GridWriter<'_, G> {
     #[inline]
     fn hear(&mut self, certainty: Certainty, cells: impl Iterator<Item = Cell>) {
         let measurement = Measurement {
@@ -120,7 +120,7 @@ impl<G: CertaintyGrid, H: AsRef<[Health]> + AsMut<[Health]>> Mapper<G, H> {
             .ok_or(UnknownSensor(sensor))?
             .record(beam.reading, now);
         let geometry = grid.geometry();
-        let mut pen = Pen {
+        let mut pen = GridWriter {
             grid,
             health,
             sensor,

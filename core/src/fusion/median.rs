@@ -1,6 +1,6 @@
 //! Fault-tolerant median selection: \[000\] §3.2, \[001\] §4.
 
-use super::grid::{CertaintyGrid, Measurement, Refused};
+use super::grid::{CertaintyGrid, GridError, Measurement};
 use super::layers::{Latest, Layers, OwnGrid};
 use super::{Cell, Geometry, Shape};
 use crate::certainty::Certainty;
@@ -47,14 +47,14 @@ where
     ///
     /// # Errors
     ///
-    /// [`Refused`] unless `sensors` is 1 to `N` and `storage` has a byte for each cell and sensor.
+    /// [`GridError`] unless `sensors` is 1 to `N` and `storage` has a byte for each cell and sensor.
     pub fn try_new(
         shape: Sh,
         sensors: u8,
         middle: Middle,
         own: K,
         storage: S,
-    ) -> Result<Self, Refused<S>> {
+    ) -> Result<Self, GridError<S>> {
         Layers::try_new(shape, sensors, own, storage).map(|layers| Self { layers, middle })
     }
 }
@@ -103,9 +103,9 @@ impl Middle {
 
 #[cfg(test)]
 mod tests {
-    use super::super::grid::Unfit;
+    use super::super::fault_hypothesis::every_minority;
+    use super::super::grid::GridErrorKind;
     use super::super::layers::Accumulated;
-    use super::super::liars::every_minority;
     use super::super::picture::draw_grid;
     use super::*;
     use crate::sensor::SensorId;
@@ -180,7 +180,7 @@ mod tests {
             let own = Accumulated::default();
             let middle = Middle::Higher;
             let refused = MedianGrid::<_, _, 3, _>::try_new(shape, sensors, middle, own, storage);
-            assert_eq!(refused.unwrap_err().why, Unfit::Sensors { most: 3 });
+            assert_eq!(refused.unwrap_err().why, GridErrorKind::Sensors { most: 3 });
         }
     }
 }

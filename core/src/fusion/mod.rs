@@ -15,11 +15,11 @@ mod bayes;
 mod beam;
 mod cone;
 mod environment;
+#[cfg(test)]
+mod fault_hypothesis;
 mod geometry;
 mod grid;
 mod layers;
-#[cfg(test)]
-mod liars;
 mod log_odds;
 mod mapper;
 mod median;
@@ -36,7 +36,7 @@ pub use bayes::BayesGrid;
 pub use beam::{Beam, BeamConfig, BeamError, BeamModel, Behind, Listener};
 pub use environment::Environment;
 pub use geometry::{Cell, Geometry, GeometryError, Shape};
-pub use grid::{CertaintyGrid, Measurement, Refused, Unfit};
+pub use grid::{CertaintyGrid, GridError, GridErrorKind, Measurement};
 pub use layers::{Accumulated, Latest, OwnGrid};
 pub use log_odds::LogOdds;
 pub use mapper::{Mapper, UnknownSensor};

@@ -1,7 +1,7 @@
 //! The robust certainty grid: `AddToGrid`, \[001\] §5 and Fig. 3.
 
-use super::add_to_grid::{RobustRules, Voice};
-use super::grid::{CertaintyGrid, Measurement, Refused, Unfit, zeroed};
+use super::add_to_grid::{RobustRules, Update};
+use super::grid::{CertaintyGrid, GridError, GridErrorKind, Measurement, zeroed};
 use super::owners::{Owners, owner_bytes};
 use super::{Cell, Geometry, Shape};
 use crate::certainty::Certainty;
@@ -39,7 +39,7 @@ where
     ///
     /// # Errors
     ///
-    /// [`Refused`] unless there is a sensor, `storage` has a byte for each cell and `owners` has [`owner_bytes`];
+    /// [`GridError`] unless there is a sensor, `storage` has a byte for each cell and `owners` has [`owner_bytes`];
     /// both are handed back.
     ///
     /// # Examples
@@ -75,19 +75,19 @@ where
         sensors: u8,
         storage: S,
         owners: O,
-    ) -> Result<Self, Refused<(S, O)>> {
+    ) -> Result<Self, GridError<(S, O)>> {
         if sensors == 0 {
-            let why = Unfit::Sensors {
+            let why = GridErrorKind::Sensors {
                 most: u8::MAX as usize,
             };
             let storage = (storage, owners);
-            return Err(Refused { why, storage });
+            return Err(GridError { why, storage });
         }
         let cells = shape.geometry().cells() as usize;
         let cells = match zeroed(storage, cells) {
             Ok(cells) => cells,
-            Err(Refused { why, storage }) => {
-                return Err(Refused {
+            Err(GridError { why, storage }) => {
+                return Err(GridError {
                     why,
                     storage: (storage, owners),
                 });
@@ -101,7 +101,7 @@ where
                 owners: Owners::new(sensors, owners),
                 sensors,
             }),
-            Err(Refused { why, storage }) => Err(Refused {
+            Err(GridError { why, storage }) => Err(GridError {
                 why,
                 storage: (cells, storage),
             }),
@@ -139,7 +139,7 @@ where
         if sensor.number() > self.sensors {
             return;
         }
-        let mut voice = Voice::new(&self.rules, measurement, own);
+        let mut voice = Update::new(&self.rules, measurement, own);
         let (stored, mut owners) = (self.cells.as_mut(), self.owners.open());
         cells.for_each(|cell| {
             let Some((stored, slot)) = stored.get_mut(cell.index()).zip(owners.slot(cell)) else {
@@ -190,7 +190,7 @@ mod tests {
     use super::super::add_to_grid::RobustConfig;
     use super::super::picture::draw;
     use super::*;
-    use crate::health::{Blame, Confidence, Stride, Word};
+    use crate::health::{Claim, Confidence, FaultAttribution, StepRule};
     use crate::units::{Millimeters, Point};
     use proptest::prelude::*;
 
@@ -230,7 +230,7 @@ mod tests {
         fn like(grid: &Small, cell: Cell, sensors: &[Health; 3]) -> Self {
             let mut conf = [[0.0; 2]; 4];
             for (own, health) in conf[1..].iter_mut().zip(sensors) {
-                *own = [Word::Occupied, Word::Free].map(|word| real(health.confidence_in(word)));
+                *own = [Claim::Occupied, Claim::Free].map(|word| real(health.confidence_in(word)));
             }
             Self {
                 occ: f64::from(grid.certainty(cell).to_bits()) / 256.0,
@@ -285,10 +285,10 @@ mod tests {
             let step: f64 = [learning.raise, learning.raise_free][word].to_num();
             let ceiling = real(learning.ceiling);
             for (of, own) in self.conf[id].iter_mut().enumerate() {
-                if learning.blame == Blame::Alike || word == 0 || of == word {
+                if learning.blame == FaultAttribution::Alike || word == 0 || of == word {
                     let whole = match learning.stride {
-                        Stride::Fixed => 1.0,
-                        Stride::Proportional => ceiling - *own,
+                        StepRule::Fixed => 1.0,
+                        StepRule::Proportional => ceiling - *own,
                     };
                     *own = (*own + step * whole).min(ceiling);
                 }
@@ -302,15 +302,15 @@ mod tests {
             let doubt = |confidence: f64| real(Confidence::FULL) - confidence + floor;
             let wrong = [doubt(own) * other, doubt(other) * own];
             let share = match learning.blame {
-                Blame::Alike => 1.0,
-                Blame::Shared => 2.0 * wrong[0] / (wrong[0] + wrong[1]),
+                FaultAttribution::Alike => 1.0,
+                FaultAttribution::Shared => 2.0 * wrong[0] / (wrong[0] + wrong[1]),
             };
             let step = learning.lower.to_num::<f64>() * share;
             for (of, own) in self.conf[id].iter_mut().enumerate() {
-                if learning.blame == Blame::Alike || of == word {
+                if learning.blame == FaultAttribution::Alike || of == word {
                     let whole = match learning.stride {
-                        Stride::Fixed => 1.0,
-                        Stride::Proportional => *own,
+                        StepRule::Fixed => 1.0,
+                        StepRule::Proportional => *own,
                     };
                     *own = (*own - step * whole).max(floor);
                 }
@@ -351,13 +351,13 @@ mod tests {
         assert_eq!(grid.certainty(cell).to_bits(), 127);
         assert_eq!(grid.owner(cell), SensorId::new(2));
         // Each by a 48th, for what it said and for nothing else.
-        for (health, said) in sensors.iter().zip([Word::Occupied, Word::Free]) {
+        for (health, said) in sensors.iter().zip([Claim::Occupied, Claim::Free]) {
             let lowered = health.confidence_in(said).to_bits();
             assert!(lowered.abs_diff(65_535 - 1365) <= 2, "{lowered}");
             assert_eq!(health.confidence().to_bits(), lowered);
         }
-        assert_eq!(sensors[0].confidence_in(Word::Free), Confidence::FULL);
-        assert_eq!(sensors[1].confidence_in(Word::Occupied), Confidence::FULL);
+        assert_eq!(sensors[0].confidence_in(Claim::Free), Confidence::FULL);
+        assert_eq!(sensors[1].confidence_in(Claim::Occupied), Confidence::FULL);
         assert!(sensors.iter().all(|health| health.contradictions() == 1));
     }
 
@@ -422,12 +422,15 @@ mod tests {
         let cells = make(3, 1).unwrap_err();
         assert_eq!(
             (cells.why, cells.storage),
-            (Unfit::Storage { needed: 4 }, (vec![1; 3], vec![2; 1]))
+            (
+                GridErrorKind::Storage { needed: 4 },
+                (vec![1; 3], vec![2; 1])
+            )
         );
         let owners = make(4, 2).unwrap_err();
         assert_eq!(
             (owners.why, owners.storage.1),
-            (Unfit::Storage { needed: 1 }, vec![2; 2])
+            (GridErrorKind::Storage { needed: 1 }, vec![2; 2])
         );
     }
 

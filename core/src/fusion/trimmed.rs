@@ -1,6 +1,6 @@
 //! Trim, then Bayes: the fault-tolerant average of \[000\] §3.1.
 
-use super::grid::{CertaintyGrid, Measurement, Refused, Unfit};
+use super::grid::{CertaintyGrid, GridError, GridErrorKind, Measurement};
 use super::layers::{Latest, Layers, OwnGrid};
 use super::{Cell, Geometry, LogOdds, Shape};
 use crate::certainty::Certainty;
@@ -32,7 +32,7 @@ where
     ///
     /// # Errors
     ///
-    /// [`Refused`] unless `sensors` is 1 to `N` and at least 2 · `trim` + 1, and `storage` has a byte for
+    /// [`GridError`] unless `sensors` is 1 to `N` and at least 2 · `trim` + 1, and `storage` has a byte for
     /// each cell and sensor.
     pub fn try_new(
         shape: Sh,
@@ -40,10 +40,10 @@ where
         trim: u8,
         own: K,
         storage: S,
-    ) -> Result<Self, Refused<S>> {
+    ) -> Result<Self, GridError<S>> {
         if u16::from(trim).wrapping_mul(2) >= u16::from(sensors) {
-            let why = Unfit::Trim;
-            return Err(Refused { why, storage });
+            let why = GridErrorKind::Trim;
+            return Err(GridError { why, storage });
         }
         Layers::try_new(shape, sensors, own, storage).map(|layers| Self { layers, trim })
     }
@@ -85,7 +85,7 @@ fn trimmed(votes: &[Certainty], trim: usize) -> Certainty {
 
 #[cfg(test)]
 mod tests {
-    use super::super::liars::every_minority;
+    use super::super::fault_hypothesis::every_minority;
     use super::*;
     use crate::units::{Millimeters, Point};
 
@@ -109,7 +109,7 @@ mod tests {
         let shape = Geometry::try_new(1, 1, Millimeters::new(100), Point::ORIGIN).unwrap();
         let with = |trim| TrimmedGrid::<_, _, 3>::try_new(shape, 3, trim, Latest, [0; 3]);
         assert!(with(1).is_ok());
-        assert_eq!(with(2).unwrap_err().why, Unfit::Trim);
+        assert_eq!(with(2).unwrap_err().why, GridErrorKind::Trim);
     }
 
     #[test]

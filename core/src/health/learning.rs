@@ -10,14 +10,14 @@ use fixed::types::U0F16;
 /// overlook what is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Word {
+pub enum Claim {
     /// There is something.
     Occupied,
     /// There is nothing.
     Free,
 }
 
-impl Word {
+impl Claim {
     /// Returns the side of *uncertain* that `certainty` is on; *uncertain* itself counts as free.
     #[must_use]
     #[inline]
@@ -39,7 +39,7 @@ impl Word {
 /// What `inc` and `dec` of \[001\] Fig. 3 take a step from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Stride {
+pub enum StepRule {
     /// The same step wherever the confidence is: it runs to one of its bounds, sooner or later.
     Fixed,
     /// A part of the way to the bound ahead: an exponential average, which settles where a sensor's
@@ -50,13 +50,13 @@ pub enum Stride {
 /// Whom a comparison teaches what.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Blame {
+pub enum FaultAttribution {
     /// Both sides alike, whatever they said: \[001\] Fig. 3.
     Alike,
     /// Each side for what it said, and a contradiction more the side that is more likely wrong.
     ///
     /// - Two sensors that find a cell occupied were both right, and neither overlooked anything: both
-    ///   [`Word`]s of both are raised. Two that find it free raise that word alone.
+    ///   [`Claim`]s of both are raised. Two that find it free raise that word alone.
     /// - Of two that contradict each other one is wrong: the one, by its words so far, with probability
     ///   (1 − a) · b / ((1 − a) · b + (1 − b) · a), a and b being the confidences in the two words.
     ///   Twice this share of the step down is its own, so that two equal sides fall by a step each.
@@ -87,9 +87,9 @@ pub struct Learning {
     #[cfg_attr(feature = "defmt", defmt(Display2Format))]
     pub lower: U0F16,
     /// What these are parts of.
-    pub stride: Stride,
+    pub stride: StepRule,
     /// Whom a comparison teaches what.
-    pub blame: Blame,
+    pub blame: FaultAttribution,
     /// No confidence falls below this.
     pub floor: Confidence,
     /// No confidence rises above this.
@@ -106,10 +106,10 @@ pub(super) struct Beliefs {
 
 impl Beliefs {
     #[inline]
-    const fn of(&mut self, word: Word) -> &mut Confidence {
+    const fn of(&mut self, word: Claim) -> &mut Confidence {
         match word {
-            Word::Occupied => &mut self.occupied,
-            Word::Free => &mut self.free,
+            Claim::Occupied => &mut self.occupied,
+            Claim::Free => &mut self.free,
         }
     }
 }
@@ -117,20 +117,20 @@ impl Beliefs {
 impl Learning {
     /// Teaches two sensors that they agreed on `word`.
     #[inline]
-    pub(super) fn agree(&self, sides: [&mut Beliefs; 2], word: Word) {
+    pub(super) fn agree(&self, sides: [&mut Beliefs; 2], word: Claim) {
         let step = match word {
-            Word::Occupied => self.raise,
-            Word::Free => self.raise_free,
+            Claim::Occupied => self.raise,
+            Claim::Free => self.raise_free,
         };
         // What most comparisons are by default: nothing to be learned from.
         if step.to_bits() == 0 {
             return;
         }
         match self.stride {
-            Stride::Fixed => self.each(sides, word, |confidence| {
+            StepRule::Fixed => self.each(sides, word, |confidence| {
                 *confidence = confidence.raised(step, self.ceiling);
             }),
-            Stride::Proportional => self.each(sides, word, |confidence| {
+            StepRule::Proportional => self.each(sides, word, |confidence| {
                 // 16 bits and 16 bits; never more than what is missing.
                 let missing = confidence.missing_to(self.ceiling);
                 let step = u32::from(step.to_bits()).wrapping_mul(missing) >> 16;
@@ -142,15 +142,15 @@ impl Learning {
     /// Teaches two sensors that they contradicted each other, one saying the one word and the other
     /// the other.
     #[inline]
-    pub(super) fn disagree(&self, [a, b]: [&mut Beliefs; 2], [of_a, of_b]: [Word; 2]) {
+    pub(super) fn disagree(&self, [a, b]: [&mut Beliefs; 2], [of_a, of_b]: [Claim; 2]) {
         match self.blame {
-            Blame::Alike => {
+            FaultAttribution::Alike => {
                 let lower = self.lower.to_bits().into();
-                self.each([a, b], Word::Occupied, |confidence| {
+                self.each([a, b], Claim::Occupied, |confidence| {
                     *confidence = self.lowered(*confidence, lower);
                 });
             }
-            Blame::Shared => {
+            FaultAttribution::Shared => {
                 let (a, b) = (a.of(of_a), b.of(of_b));
                 let (fall_a, fall_b) = self.falls(*a, *b);
                 *a = self.lowered(*a, fall_a);
@@ -162,10 +162,10 @@ impl Learning {
     /// Teaches both sides about what is free and, unless `word` says nothing of it, about what is
     /// occupied.
     #[inline]
-    fn each(&self, [a, b]: [&mut Beliefs; 2], word: Word, teach: impl Fn(&mut Confidence)) {
+    fn each(&self, [a, b]: [&mut Beliefs; 2], word: Claim, teach: impl Fn(&mut Confidence)) {
         teach(&mut a.free);
         teach(&mut b.free);
-        if word == Word::Occupied || self.blame == Blame::Alike {
+        if word == Claim::Occupied || self.blame == FaultAttribution::Alike {
             teach(&mut a.occupied);
             teach(&mut b.occupied);
         }
@@ -175,9 +175,9 @@ impl Learning {
     #[inline]
     const fn lowered(&self, confidence: Confidence, step: u32) -> Confidence {
         let step = match self.stride {
-            Stride::Fixed => step,
+            StepRule::Fixed => step,
             // 16 bits and 16 bits.
-            Stride::Proportional => step.wrapping_mul(confidence.to_bits() as u32) >> 16,
+            StepRule::Proportional => step.wrapping_mul(confidence.to_bits() as u32) >> 16,
         };
         let room = confidence.room_to(self.floor);
         confidence.down(if step > room { room } else { step })
@@ -231,8 +231,8 @@ mod tests {
         raise: U0F16::from_bits(1 << 14),
         raise_free: U0F16::ZERO,
         lower: U0F16::from_bits(1 << 12),
-        stride: Stride::Proportional,
-        blame: Blame::Shared,
+        stride: StepRule::Proportional,
+        blame: FaultAttribution::Shared,
         floor: Confidence::from_bits(1 << 10),
         ceiling: Confidence::FULL,
     };
@@ -242,7 +242,7 @@ mod tests {
     }
 
     /// What one side takes from an agreement; the other side does not count.
-    fn agreed(rules: &Learning, pair: (Confidence, Confidence), word: Word) -> Beliefs {
+    fn agreed(rules: &Learning, pair: (Confidence, Confidence), word: Claim) -> Beliefs {
         let (mut own, mut other) = (beliefs(pair), beliefs(pair));
         rules.agree([&mut own, &mut other], word);
         assert_eq!(own, other);
@@ -253,12 +253,12 @@ mod tests {
     fn disagreed(
         rules: &Learning,
         pair: (Confidence, Confidence),
-        word: Word,
+        word: Claim,
         other: Confidence,
     ) -> Beliefs {
         let opposite = match word {
-            Word::Occupied => Word::Free,
-            Word::Free => Word::Occupied,
+            Claim::Occupied => Claim::Free,
+            Claim::Free => Claim::Occupied,
         };
         let (mut own, mut other) = (beliefs(pair), beliefs((other, other)));
         rules.disagree([&mut own, &mut other], [word, opposite]);
@@ -309,10 +309,11 @@ mod tests {
     #[test]
     fn a_contradiction_teaches_only_what_was_said() {
         let full = (Confidence::FULL, Confidence::FULL);
-        let Beliefs { occupied, free } = disagreed(&SHARED, full, Word::Occupied, Confidence::FULL);
+        let Beliefs { occupied, free } =
+            disagreed(&SHARED, full, Claim::Occupied, Confidence::FULL);
         assert!(occupied < Confidence::FULL);
         assert_eq!(free, Confidence::FULL);
-        let Beliefs { occupied, free } = disagreed(&SHARED, full, Word::Free, Confidence::FULL);
+        let Beliefs { occupied, free } = disagreed(&SHARED, full, Claim::Free, Confidence::FULL);
         assert_eq!(occupied, Confidence::FULL);
         assert!(free < Confidence::FULL);
     }
@@ -328,9 +329,9 @@ mod tests {
         let settle = |start: u16| {
             let mut pair = beliefs((Confidence::from_bits(start), Confidence::FULL));
             for _ in 0..2000 {
-                pair = agreed(&rules, (pair.occupied, pair.free), Word::Occupied);
+                pair = agreed(&rules, (pair.occupied, pair.free), Claim::Occupied);
                 let same = (pair.occupied, pair.free);
-                pair = disagreed(&rules, same, Word::Occupied, pair.occupied);
+                pair = disagreed(&rules, same, Claim::Occupied, pair.occupied);
             }
             f64::from(pair.occupied.to_bits()) / 65_536.0
         };
@@ -346,7 +347,7 @@ mod tests {
 
     #[test]
     fn no_confidence_leaves_its_bounds() {
-        for stride in [Stride::Fixed, Stride::Proportional] {
+        for stride in [StepRule::Fixed, StepRule::Proportional] {
             let rules = Learning {
                 stride,
                 lower: U0F16::MAX,
@@ -356,8 +357,8 @@ mod tests {
             for (own, other) in confidences().flat_map(|a| confidences().map(move |b| (a, b))) {
                 let own = Confidence::from_bits(own);
                 let other = Confidence::from_bits(other);
-                let down = disagreed(&rules, (own, own), Word::Occupied, other).occupied;
-                let up = agreed(&rules, (own, own), Word::Occupied).occupied;
+                let down = disagreed(&rules, (own, own), Claim::Occupied, other).occupied;
+                let up = agreed(&rules, (own, own), Claim::Occupied).occupied;
                 assert!(down >= rules.floor && down <= own);
                 assert!(up <= rules.ceiling && up >= own);
             }
@@ -370,13 +371,13 @@ mod tests {
     impl Naive {
         fn stride(&self, step: u64, whole: u64) -> u64 {
             match self.0.stride {
-                Stride::Fixed => step,
-                Stride::Proportional => (step * whole) >> 16,
+                StepRule::Fixed => step,
+                StepRule::Proportional => (step * whole) >> 16,
             }
         }
 
-        fn teaches(&self, said: Word, of: Word) -> bool {
-            self.0.blame == Blame::Alike || said == of
+        fn teaches(&self, said: Claim, of: Claim) -> bool {
+            self.0.blame == FaultAttribution::Alike || said == of
         }
 
         fn raised(&self, bits: u64, step: u64) -> u64 {
@@ -399,14 +400,14 @@ mod tests {
             }
         }
 
-        fn agreed(&self, own: [u64; 2], word: Word) -> [u64; 2] {
+        fn agreed(&self, own: [u64; 2], word: Claim) -> [u64; 2] {
             let step = match word {
-                Word::Occupied => self.0.raise,
-                Word::Free => self.0.raise_free,
+                Claim::Occupied => self.0.raise,
+                Claim::Free => self.0.raise_free,
             };
             let step = u64::from(step.to_bits());
-            let both = word == Word::Occupied;
-            [(Word::Occupied, own[0]), (Word::Free, own[1])].map(|(of, bits)| {
+            let both = word == Claim::Occupied;
+            [(Claim::Occupied, own[0]), (Claim::Free, own[1])].map(|(of, bits)| {
                 let taught = both || self.teaches(word, of);
                 if taught {
                     self.raised(bits, step)
@@ -418,7 +419,7 @@ mod tests {
 
         fn fall(&self, own: u64, other: u64) -> u64 {
             let lower = u64::from(self.0.lower.to_bits());
-            if self.0.blame == Blame::Alike {
+            if self.0.blame == FaultAttribution::Alike {
                 return lower;
             }
             let floor = u64::from(self.0.floor.to_bits());
@@ -432,8 +433,8 @@ mod tests {
             ((lower * share) >> 14).min(65_535)
         }
 
-        fn disagreed(&self, own: [u64; 2], word: Word, other: u64) -> [u64; 2] {
-            [(Word::Occupied, own[0]), (Word::Free, own[1])].map(|(of, bits)| {
+        fn disagreed(&self, own: [u64; 2], word: Claim, other: u64) -> [u64; 2] {
+            [(Claim::Occupied, own[0]), (Claim::Free, own[1])].map(|(of, bits)| {
                 if self.teaches(word, of) {
                     self.lowered(bits, self.fall(bits, other))
                 } else {
@@ -453,8 +454,8 @@ mod tests {
         ]
     }
 
-    fn word() -> impl Strategy<Value = Word> {
-        prop_oneof![Just(Word::Occupied), Just(Word::Free)]
+    fn word() -> impl Strategy<Value = Claim> {
+        prop_oneof![Just(Claim::Occupied), Just(Claim::Free)]
     }
 
     fn any_rules() -> impl Strategy<Value = Learning> {
@@ -465,11 +466,15 @@ mod tests {
                 raise_free: U0F16::from_bits(raise_free),
                 lower: U0F16::from_bits(lower),
                 stride: if fixed {
-                    Stride::Fixed
+                    StepRule::Fixed
                 } else {
-                    Stride::Proportional
+                    StepRule::Proportional
                 },
-                blame: if alike { Blame::Alike } else { Blame::Shared },
+                blame: if alike {
+                    FaultAttribution::Alike
+                } else {
+                    FaultAttribution::Shared
+                },
                 floor: Confidence::from_bits(floor),
                 ceiling: Confidence::from_bits(ceiling),
             },

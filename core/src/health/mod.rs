@@ -6,6 +6,6 @@ mod record;
 mod status;
 
 pub use confidence::Confidence;
-pub use learning::{Blame, Learning, Stride, Word};
+pub use learning::{Claim, FaultAttribution, Learning, StepRule};
 pub use record::Health;
 pub use status::{HealthConfig, HealthConfigError, HealthRules, Status};

@@ -1,6 +1,6 @@
 //! One sensor's record.
 
-use super::{Confidence, HealthRules, Learning, Status, Word, learning::Beliefs};
+use super::{Claim, Confidence, HealthRules, Learning, Status, learning::Beliefs};
 use crate::transducer::Reading;
 use crate::units::Ticks;
 
@@ -50,7 +50,7 @@ impl Health {
         }
     }
 
-    /// Returns the confidence: the lesser of those in the sensor's two [`Word`]s, as a sensor is no
+    /// Returns the confidence: the lesser of those in the sensor's two [`Claim`]s, as a sensor is no
     /// better than the way in which it errs more.
     #[must_use]
     pub const fn confidence(&self) -> Confidence {
@@ -64,10 +64,10 @@ impl Health {
 
     /// Returns the confidence in what the sensor says when it says `word`.
     #[must_use]
-    pub const fn confidence_in(&self, word: Word) -> Confidence {
+    pub const fn confidence_in(&self, word: Claim) -> Confidence {
         match word {
-            Word::Occupied => self.beliefs.occupied,
-            Word::Free => self.beliefs.free,
+            Claim::Occupied => self.beliefs.occupied,
+            Claim::Free => self.beliefs.free,
         }
     }
 
@@ -149,7 +149,7 @@ impl Health {
 
     /// Records a cell that both sensors called `word`; `inc` of \[001\] Fig. 3.
     #[inline]
-    pub fn confirm([a, b]: [&mut Self; 2], word: Word, learning: &Learning) {
+    pub fn confirm([a, b]: [&mut Self; 2], word: Claim, learning: &Learning) {
         a.confirmations = a.confirmations.saturating_add(1);
         b.confirmations = b.confirmations.saturating_add(1);
         learning.agree([&mut a.beliefs, &mut b.beliefs], word);
@@ -158,7 +158,7 @@ impl Health {
     /// Records a cell that the two sensors called `words`, which contradict each other; `dec` of
     /// \[001\] Fig. 3.
     #[inline]
-    pub fn contradict([a, b]: [&mut Self; 2], words: [Word; 2], learning: &Learning) {
+    pub fn contradict([a, b]: [&mut Self; 2], words: [Claim; 2], learning: &Learning) {
         a.contradictions = a.contradictions.saturating_add(1);
         b.contradictions = b.contradictions.saturating_add(1);
         learning.disagree([&mut a.beliefs, &mut b.beliefs], words);

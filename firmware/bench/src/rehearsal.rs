@@ -27,34 +27,34 @@ pub struct Outcome {
 
 /// The rehearsal's parts do not fit each other; they always do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Refused;
+pub struct InitError;
 
-impl fmt::Display for Refused {
+impl fmt::Display for InitError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("the grid or a sensor was refused")
     }
 }
 
-impl core::error::Error for Refused {}
+impl core::error::Error for InitError {}
 
 /// Runs the rehearsal.
 ///
 /// # Errors
 ///
-/// [`Refused`], which would be a defect here: nothing depends on the outside.
-pub fn run() -> Result<Outcome, Refused> {
+/// [`InitError`], which would be a defect here: nothing depends on the outside.
+pub fn run() -> Result<Outcome, InitError> {
     let owners = [0; certainty_core::fusion::owner_bytes(CELLS, SENSORS)];
     let rules = RobustRules::DEFAULT;
     let grid = SmartCarGrid::try_new(SmartCarShape, rules, SENSORS, [0; CELLS], owners);
     let health = [rules.first_health(); SENSORS as usize];
-    let mut mapper = Mapper::new(grid.map_err(|_| Refused)?, health, HealthRules::DEFAULT);
+    let mut mapper = Mapper::new(grid.map_err(|_| InitError)?, health, HealthRules::DEFAULT);
     const ACCURACY: U0F16 = U0F16::lit("0.1");
     let model = smart_car::beam_model(ACCURACY);
     let mut dice = Dice::new(1);
     let mut told = 0_u32;
     for step in 0..SWEEPS.saturating_mul(SWEEP.directions().into()) {
         for slot in 0..SENSORS {
-            let id = SensorId::from_slot(slot.into()).ok_or(Refused)?;
+            let id = SensorId::from_slot(slot.into()).ok_or(InitError)?;
             let look = smart_car::look(slot, SENSORS, step);
             let beam = Beam {
                 origin: look.at,
@@ -64,7 +64,7 @@ pub fn run() -> Result<Outcome, Refused> {
             let now = Ticks::new(step.saturating_mul(100));
             let cells = mapper
                 .integrate(id, &beam, &model, now)
-                .map_err(|_| Refused)?;
+                .map_err(|_| InitError)?;
             told = told.saturating_add(cells);
         }
     }

@@ -3,7 +3,7 @@
 //! The scan, the echoes and their noise are made in integers, so that every machine gets the same ones
 //! and must come to the same polygon, vectors and verdicts, bit for bit. The digest says whether it did.
 
-use crate::rehearsal::{Dice, Refused};
+use crate::rehearsal::{Dice, InitError};
 use certainty_core::sensor::SensorId;
 use certainty_core::transducer::Reading;
 use certainty_core::units::{BinaryAngle, Direction, Millimeters, Point, Pose};
@@ -96,11 +96,11 @@ fn range(from: Point, direction: Direction) -> u32 {
 }
 
 /// Both scanners' beams, off by up to 15 mm.
-fn fill(scan: &mut Scan<BEAMS>, dice: &mut Dice) -> Result<(), Refused> {
+fn fill(scan: &mut Scan<BEAMS>, dice: &mut Dice) -> Result<(), InitError> {
     let behind = BinaryAngle::HALF.wrapping_add(BinaryAngle::QUARTER);
     for heading in [BinaryAngle::QUARTER, behind] {
         let mount = Pose::new(Point::ORIGIN, heading);
-        let scanner = Scanner::try_new(mount, Millimeters::new(8000)).map_err(|_| Refused)?;
+        let scanner = Scanner::try_new(mount, Millimeters::new(8000)).map_err(|_| InitError)?;
         for beam in 0..361_i32 {
             let millidegrees = beam.wrapping_mul(500).wrapping_sub(90_000);
             let bearing = BinaryAngle::from_millidegrees(millidegrees);
@@ -109,7 +109,7 @@ fn fill(scan: &mut Scan<BEAMS>, dice: &mut Dice) -> Result<(), Refused> {
             let range = range(mount.at, direction).saturating_add(noise);
             let reading = Reading::Echo(Millimeters::new(range.saturating_sub(15)));
             let added: Result<(), TooManyBeams> = scan.add(&scanner, bearing, reading);
-            added.map_err(|_| Refused)?;
+            added.map_err(|_| InitError)?;
         }
     }
     Ok(())
@@ -122,12 +122,12 @@ fn look(
     polygon: &mut Polygon<ELEMENTS>,
     dice: &mut Dice,
     clock: &mut impl FnMut() -> u32,
-) -> Result<u32, Refused> {
+) -> Result<u32, InitError> {
     let mut scan = Scan::new();
     fill(&mut scan, dice)?;
     let begin = clock();
     let made = polygon.remake(&scan, &PolygonRules::DEFAULT);
-    made.map_err(|_| Refused)?;
+    made.map_err(|_| InitError)?;
     Ok(clock().wrapping_sub(begin))
 }
 
@@ -140,15 +140,15 @@ fn echoes(
     expected: &Distances<SONARS>,
     dice: &mut Dice,
     falsified: Option<SensorId>,
-) -> Result<Echoes<SONARS>, Refused> {
+) -> Result<Echoes<SONARS>, InitError> {
     let mut echoes = Echoes::unknown();
     for path in ring.paths() {
         let Folded::Distance(distance) = expected.get(path) else {
             continue;
         };
-        let [from, to] = ends(path).ok_or(Refused)?;
+        let [from, to] = ends(path).ok_or(InitError)?;
         for (transmitter, receiver) in [(from, to), (to, from)] {
-            let apart = APART.get(usize::from(path.order())).ok_or(Refused)?;
+            let apart = APART.get(usize::from(path.order())).ok_or(InitError)?;
             let ahead = distance.get().saturating_mul(2);
             let squares = ahead
                 .saturating_mul(ahead)
@@ -164,7 +164,7 @@ fn echoes(
             let reading = Reading::Echo(Millimeters::new(length));
             echoes
                 .set(transmitter, receiver, reading)
-                .map_err(|_| Refused)?;
+                .map_err(|_| InitError)?;
         }
     }
     Ok(echoes)
@@ -186,8 +186,8 @@ fn ends(path: Path) -> Option<[SensorId; 2]> {
 ///
 /// # Errors
 ///
-/// [`Refused`], which would be a defect here: nothing depends on the outside.
-pub fn run(mut clock: impl FnMut() -> u32) -> Result<Outcome, Refused> {
+/// [`InitError`], which would be a defect here: nothing depends on the outside.
+pub fn run(mut clock: impl FnMut() -> u32) -> Result<Outcome, InitError> {
     let mut dice = Dice::new(3);
     let mut polygon = Polygon::empty();
     let ticks = look(&mut polygon, &mut dice, &mut clock)?;
@@ -207,8 +207,8 @@ fn assess(
     polygon: &Polygon<ELEMENTS>,
     dice: &mut Dice,
     clock: &mut impl FnMut() -> u32,
-) -> Result<Outcome, Refused> {
-    let ring = Ring::try_new(RingConfig::DEFAULT).map_err(|_| Refused)?;
+) -> Result<Outcome, InitError> {
+    let ring = Ring::try_new(RingConfig::DEFAULT).map_err(|_| InitError)?;
     let rules = RingRules::DEFAULT;
     let mut monitor = Monitor::<SONARS>::new(rules);
     let mut digest = Digest::NEW;

@@ -46,14 +46,14 @@ impl core::error::Error for MotorError {}
 /// zero.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Thrust {
+pub struct MotorPulses {
     /// The right motor.
     pub right_us: i16,
     /// The left one.
     pub left_us: i16,
 }
 
-impl Thrust {
+impl MotorPulses {
     /// Standing still.
     pub const NONE: Self = Self {
         right_us: 0,
@@ -87,14 +87,14 @@ impl<Pwm: SetDutyCycle> Motors<Pwm> {
     /// Turns the wheels at these parts of full speed from the next pulse on, and says what that is in
     /// pulses.
     ///
-    /// Range: beyond ±1 it is full speed. [`Thrust::NONE`] is exactly what [`Wheels::STOPPED`] sends.
+    /// Range: beyond ±1 it is full speed. [`MotorPulses::NONE`] is exactly what [`Wheels::STOPPED`] sends.
     ///
     /// # Errors
     ///
     /// [`MotorError`] names the first motor that cannot be told. Then both are told to stand, as one that
     /// turns alone leads astray.
-    pub fn drive(&mut self, wheels: Wheels) -> Result<Thrust, MotorError> {
-        let thrust = Thrust {
+    pub fn drive(&mut self, wheels: Wheels) -> Result<MotorPulses, MotorError> {
+        let thrust = MotorPulses {
             right_us: self.model.thrust_us(wheels.right),
             left_us: self.model.thrust_us(wheels.left),
         };

@@ -1,7 +1,7 @@
 //! What a motor does with its pulses.
 
 use crate::pulse;
-use certainty_control::Signal;
+use certainty_control::Effort;
 use core::fmt;
 
 /// The numbers of a motor's speed controller, or of a continuous servo.
@@ -96,21 +96,21 @@ impl MotorModel {
     /// it is full speed.
     ///
     /// ```
-    /// use certainty_control::Signal;
+    /// use certainty_control::Effort;
     /// use certainty_firmware::motors::MotorModel;
     ///
-    /// let thrust = |speed| MotorModel::COMMON.thrust_us(Signal::from_num(speed));
+    /// let thrust = |speed| MotorModel::COMMON.thrust_us(Effort::from_num(speed));
     /// assert_eq!((thrust(1.0), thrust(-0.5), thrust(7.0)), (500, -250, 500));
     /// ```
     #[must_use]
-    pub const fn thrust_us(&self, speed: Signal) -> i16 {
-        const HALF: u64 = 1 << (Signal::FRAC_NBITS - 1);
-        let one = Signal::ONE.to_bits().unsigned_abs();
+    pub const fn thrust_us(&self, speed: Effort) -> i16 {
+        const HALF: u64 = 1 << (Effort::FRAC_NBITS - 1);
+        let one = Effort::ONE.to_bits().unsigned_abs();
         let size = speed.to_bits().unsigned_abs();
         let size = if size < one { size } else { one };
         // At most 2^16 times 2^15.
         let scaled = (size as u64).wrapping_mul(self.config.full_us as u64);
-        let rounded = scaled.wrapping_add(HALF) >> Signal::FRAC_NBITS;
+        let rounded = scaled.wrapping_add(HALF) >> Effort::FRAC_NBITS;
         let [low, high, ..] = rounded.to_le_bytes();
         let thrust = i16::from_le_bytes([low, high]); // at most full_us
         if speed.is_negative() {

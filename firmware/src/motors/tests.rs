@@ -1,5 +1,5 @@
 use super::*;
-use certainty_control::Signal;
+use certainty_control::Effort;
 use embedded_hal_mock::eh1::MockError;
 use embedded_hal_mock::eh1::pwm::{Mock as Channel, Transaction as Step};
 use std::io::ErrorKind;
@@ -25,8 +25,8 @@ fn deaf_once(refused: u16, then: u16) -> Channel {
 
 fn wheels(right: f64, left: f64) -> Wheels {
     Wheels {
-        right: Signal::from_num(right),
-        left: Signal::from_num(left),
+        right: Effort::from_num(right),
+        left: Effort::from_num(left),
     }
 }
 
@@ -52,7 +52,7 @@ fn a_pulse_is_a_millisecond_and_a_half_and_up_to_half_a_one_more_or_less() {
         (wheels(-1.0, 9.0), -500, 500),
     ] {
         let thrust = motors.drive(asked);
-        assert_eq!(thrust, Ok(Thrust { right_us, left_us }));
+        assert_eq!(thrust, Ok(MotorPulses { right_us, left_us }));
     }
     done(motors);
 }
@@ -78,7 +78,7 @@ fn every_speed_has_the_pulse_of_the_formula_and_its_opposite_the_opposite() {
     for model in [MotorModel::COMMON, odd.unwrap()] {
         let full = f64::from(model.config().full_us);
         for bits in 0..=70_000 {
-            let speed = Signal::from_bits(bits);
+            let speed = Effort::from_bits(bits);
             let exact = (f64::from(bits) / 65_536.0).min(1.0) * full;
             let thrust = model.thrust_us(speed);
             assert_eq!(f64::from(thrust), (exact + 0.5).floor(), "{bits}");

@@ -1,6 +1,6 @@
 //! The Smart Car's application: what is done in each slot of its round.
 
-use super::drive::{Drive, Eye};
+use super::drive::{Drive, RangerInput};
 use super::head::Head;
 use super::round::PERIOD_MS;
 use super::{
@@ -65,15 +65,15 @@ impl<B: Board> FixedRanger<B> {
 /// The car's parts do not fit each other; they always do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Misfit;
+pub struct InitError;
 
-impl fmt::Display for Misfit {
+impl fmt::Display for InitError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("the grid or its report was refused")
     }
 }
 
-impl core::error::Error for Misfit {}
+impl core::error::Error for InitError {}
 
 /// Whose turn it is.
 enum Station<'a, B: Board> {
@@ -86,17 +86,17 @@ impl<B: Board> SmartCar<B> {
     ///
     /// # Errors
     ///
-    /// [`Misfit`], which would be a defect here: nothing depends on the outside.
+    /// [`InitError`], which would be a defect here: nothing depends on the outside.
     // Not inlined: its temporaries would stay on the stack of whoever runs the car for ever.
     #[inline(never)]
     pub fn try_new(
         wiring: Wiring<B, { HEADS as usize }, { RANGERS as usize }>,
-    ) -> Result<Self, Misfit> {
+    ) -> Result<Self, InitError> {
         let rules = RobustRules::DEFAULT;
         let owners = [0; owner_bytes(CELLS, SENSORS)];
         let grid = SmartCarGrid::try_new(SmartCarShape, rules, SENSORS, [0; CELLS], owners);
         let health = [rules.first_health(); SENSORS as usize];
-        let mapper = Mapper::new(grid.map_err(|_| Misfit)?, health, HealthRules::DEFAULT);
+        let mapper = Mapper::new(grid.map_err(|_| InitError)?, health, HealthRules::DEFAULT);
         let hello = Hello {
             geometry: SmartCarShape.geometry(),
             sensors: HEADS,
@@ -122,7 +122,7 @@ impl<B: Board> SmartCar<B> {
             drive: Drive::new(wiring.motors, wiring.start),
             delay: wiring.delay,
             stopwatch: wiring.stopwatch,
-            reporter: reporter.map_err(|_| Misfit)?,
+            reporter: reporter.map_err(|_| InitError)?,
         })
     }
 
@@ -178,7 +178,7 @@ impl<B: Board> SmartCar<B> {
 
     /// Decides where to go, from the map and from what the rangers said.
     fn steer(&mut self, due: Due) {
-        let eyes = self.rangers.each_ref().map(|ranger| Eye {
+        let eyes = self.rangers.each_ref().map(|ranger| RangerInput {
             reading: ranger.reading,
             measured: ranger.measured,
             health: &ranger.health,

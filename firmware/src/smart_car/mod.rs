@@ -26,7 +26,7 @@ mod round;
 mod units;
 mod wiring;
 
-pub use application::{Misfit, SmartCar};
+pub use application::{InitError, SmartCar};
 pub use drive::{CHASSIS, CONTROL, Chassis, GOAL, LOOK_AROUND, Odometer};
 pub use round::{SCHEDULE, SLOTS, STATIONS};
 pub use units::{UNITS, Unit};

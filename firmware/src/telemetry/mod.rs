@@ -39,7 +39,7 @@ pub use encoder::{EncodeError, Encoder};
 pub use map_reporter::{MapReporter, TooManyCells};
 pub use map_view::{MapState, MapView};
 pub use report::{
-    Conduct, Drive, Head, Hello, MapEnd, MapPart, PART_CELLS, Ranger, Report, SensorHealth,
+    Drive, DriveState, Head, Hello, MapEnd, MapPart, PART_CELLS, Ranger, Report, SensorHealth,
     Statistics,
 };
 pub use reporter::{Outbox, Reporter};

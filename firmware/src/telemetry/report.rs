@@ -1,7 +1,7 @@
 //! What can be reported.
 
 use super::wire;
-use certainty_control::{Caution, Wheels};
+use certainty_control::{SpeedLimit, Wheels};
 use certainty_core::certainty::Certainty;
 use certainty_core::fusion::Geometry;
 use certainty_core::health::{Confidence, Health, Status};
@@ -190,7 +190,7 @@ pub struct Drive {
     #[serde(with = "wire::WireWheels")]
     pub wheels: Wheels,
     /// Why it does so.
-    pub conduct: Conduct,
+    pub conduct: DriveState,
     /// How far the goal is from its pose.
     #[serde(with = "wire::millimeters")]
     pub to_goal: Millimeters,
@@ -199,19 +199,19 @@ pub struct Drive {
 /// Why the robot drives as it does, or does not.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Conduct {
+pub enum DriveState {
     /// It stands and looks around, as it does at first.
     #[default]
     Looking,
-    /// It goes as fast as its behaviours want: [`Caution::None`].
+    /// It goes as fast as its behaviours want: [`SpeedLimit::None`].
     Going,
-    /// [`Caution::Arrived`]: it stands.
+    /// [`SpeedLimit::Arrived`]: it stands.
     Arrived,
-    /// [`Caution::Slowed`].
+    /// [`SpeedLimit::Slowed`].
     Slowed,
-    /// [`Caution::Blind`]: it stands.
+    /// [`SpeedLimit::Blind`]: it stands.
     Blind,
-    /// [`Caution::NoWay`]: it turns on the spot.
+    /// [`SpeedLimit::NoWay`]: it turns on the spot.
     NoWay,
     /// A slot of the round was skipped, or nothing was decided in it: it stands for this round.
     Late,
@@ -223,19 +223,19 @@ pub enum Conduct {
     Restarted,
 }
 
-impl From<Caution> for Conduct {
-    fn from(caution: Caution) -> Self {
+impl From<SpeedLimit> for DriveState {
+    fn from(caution: SpeedLimit) -> Self {
         match caution {
-            Caution::None => Self::Going,
-            Caution::Arrived => Self::Arrived,
-            Caution::Slowed => Self::Slowed,
-            Caution::Blind => Self::Blind,
-            Caution::NoWay => Self::NoWay,
+            SpeedLimit::None => Self::Going,
+            SpeedLimit::Arrived => Self::Arrived,
+            SpeedLimit::Slowed => Self::Slowed,
+            SpeedLimit::Blind => Self::Blind,
+            SpeedLimit::NoWay => Self::NoWay,
         }
     }
 }
 
-impl fmt::Display for Conduct {
+impl fmt::Display for DriveState {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Looking => "looking around",

@@ -4,7 +4,7 @@
 //! a change there either leaves these alone or does not compile. What no type of the core can hold is
 //! refused on the way in.
 
-use certainty_control::{Signal, Wheels};
+use certainty_control::{Effort, Wheels};
 use certainty_core::fusion::Geometry;
 use certainty_core::health::{Confidence, Status};
 use certainty_core::sensor::SensorId;
@@ -77,8 +77,8 @@ as_number!(millimeters: Millimeters as u32, Millimeters::get, |mm| {
     Some(Millimeters::new(mm))
 });
 
-as_number!(signal: Signal as u32, |signal| signal.to_bits().cast_unsigned(), |bits| {
-    Some(Signal::from_bits(bits.cast_signed()))
+as_number!(signal: Effort as u32, |signal| signal.to_bits().cast_unsigned(), |bits| {
+    Some(Effort::from_bits(bits.cast_signed()))
 });
 
 /// The speeds of [`Wheels`].
@@ -86,9 +86,9 @@ as_number!(signal: Signal as u32, |signal| signal.to_bits().cast_unsigned(), |bi
 #[serde(remote = "Wheels")]
 pub(super) struct WireWheels {
     #[serde(with = "signal")]
-    right: Signal,
+    right: Effort,
     #[serde(with = "signal")]
-    left: Signal,
+    left: Effort,
 }
 
 /// A [`Point`]; one beyond its limit, which would be moved, is refused.

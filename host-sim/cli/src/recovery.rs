@@ -6,7 +6,7 @@ use super::{Failure, output, progress};
 use certainty_repro::recovery::{
     ConfidenceTrace, Count, Course, FAULTY, Noise, OverSeeds, READINGS, Recovery, Spread, share,
 };
-use certainty_sim::experiment::Crew;
+use certainty_sim::experiment::SensorSet;
 use certainty_sim::export::{ExportError, OutDir, shown};
 use certainty_sim::fault::FaultSpec;
 use certainty_sim::fusion::Rules;
@@ -41,7 +41,7 @@ pub(super) struct Arguments {
     noise: Noise,
     /// The sensors, letters A to E of [001] Table 1, at least three; sensor 1 is the first
     #[arg(long, value_name = "LETTERS|N", default_value = "ABC", value_parser = at_least_three)]
-    sensors: Crew,
+    sensors: SensorSet,
     /// The open numbers of the robust method: the defaults, or [001] to the letter
     #[arg(long, value_name = "shipped|letter|coarse", default_value = "shipped")]
     rules: Rules,
@@ -54,8 +54,8 @@ pub(super) struct Arguments {
 }
 
 /// Reads a crew in which a sensor can be below others.
-fn at_least_three(text: &str) -> Result<Crew, String> {
-    let crew: Crew = text.parse().map_err(|error| format!("{error}"))?;
+fn at_least_three(text: &str) -> Result<SensorSet, String> {
+    let crew: SensorSet = text.parse().map_err(|error| format!("{error}"))?;
     if crew.members().len() < 3 {
         return Err(format!(
             "'{text}' are too few: write three or more, such as ABC"

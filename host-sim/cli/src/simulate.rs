@@ -9,7 +9,7 @@ use super::{Failure, map_image, output};
 use certainty_core::certainty::Certainty;
 use certainty_firmware::smart_car::SWEEP;
 use certainty_sim::experiment::{
-    Crew, Length, MethodResult, Run, STEP_MS, Setup, SetupError, Truth,
+    Length, MethodResult, Run, STEP_MS, SensorSet, Setup, SetupError, Truth,
 };
 use certainty_sim::export::{OutDir, shown, write_grey_png};
 use certainty_sim::fault::FaultSpec;
@@ -34,7 +34,7 @@ pub(super) struct Arguments {
     world: Option<PathBuf>,
     /// The sensors: letters A to E of [001] Table 1, or a number from 3 to 7
     #[arg(long, value_name = "ABC|3..7", default_value_t)]
-    sensors: Crew,
+    sensors: SensorSet,
     /// What is wrong with a sensor, such as stuck-near:1=250mm@3s..8s, or none; repeatable
     /// [default: stuck-far:2, if there are three sensors]
     #[arg(long = "fault", value_name = "SPEC|none")]

@@ -5,7 +5,7 @@ use certainty_sim::fault::{FaultSpec, SpecError};
 use certainty_sim::robot::course::Course;
 use certainty_sim::robot::drive::{Drive, Event, Happening};
 use certainty_sim::robot::modes::{HealthMode, MapSource};
-use certainty_sim::robot::pilot::Manner;
+use certainty_sim::robot::pilot::PilotConfig;
 use certainty_sim::robot::sensors::NAMES;
 use certainty_sim::world::LayoutError;
 use rayon::prelude::{IntoParallelRefIterator, ParallelIterator};
@@ -40,7 +40,7 @@ pub struct Study {
     /// What the histogram is made from.
     pub map: MapSource,
     /// What of the core's rules is otherwise.
-    pub manner: Manner,
+    pub manner: PilotConfig,
 }
 
 /// What befalls which sensors, and who tells.
@@ -220,7 +220,7 @@ impl Study {
             faults: faults?,
             health: case.health,
             map: self.map,
-            manner: Manner {
+            manner: PilotConfig {
                 bold: case.bold || self.manner.bold,
                 ..self.manner
             },
@@ -329,7 +329,7 @@ mod tests {
             seed: 3,
             worlds: 3,
             map: MapSource::Beams,
-            manner: Manner::default(),
+            manner: PilotConfig::default(),
         };
         let case = &Study::simulations()[0];
         let on = |threads| {

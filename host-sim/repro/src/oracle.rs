@@ -117,7 +117,7 @@ impl Oracle {
 mod tests {
     use super::*;
     use certainty_sim::experiment::Score;
-    use certainty_sim::experiment::{Crew, Length, Setup};
+    use certainty_sim::experiment::{Length, SensorSet, Setup};
     use certainty_sim::fusion::Method;
     use certainty_sim::world::{Layout, World};
     use std::sync::Arc;
@@ -127,7 +127,7 @@ mod tests {
         let length = Length::Steps(37);
         let setup = Setup {
             faults: faults.iter().map(|spec| spec.parse().unwrap()).collect(),
-            ..Setup::smart_car(Arc::new(world), Crew::default(), length, seed)
+            ..Setup::smart_car(Arc::new(world), SensorSet::default(), length, seed)
         };
         setup.run().unwrap()
     }

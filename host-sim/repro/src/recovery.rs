@@ -13,7 +13,9 @@ pub use choice::{Count, Noise};
 pub use over_seeds::{Course, OverSeeds, Spread};
 
 use certainty_core::health::Confidence;
-use certainty_sim::experiment::{Crew, Length, Mounting, Overlap, Rig, Setup, SetupError};
+use certainty_sim::experiment::{
+    HeadPlacement, Length, SensorLayout, SensorSet, Setup, SetupError, SweepOverlap,
+};
 use certainty_sim::fault::{FaultSpec, SpecError};
 use certainty_sim::fusion::{FusionRules, Method};
 use certainty_sim::world::World;
@@ -29,7 +31,8 @@ pub const FAULTY: usize = 50;
 pub const MARGIN: Confidence = Confidence::from_bits(u16::MAX / 20);
 
 /// The heads of the Smart Car, in 13 directions.
-const RIG: Rig = match Rig::try_new(Mounting::Bumper, Overlap::Full, 13) {
+const RIG: SensorLayout = match SensorLayout::try_new(HeadPlacement::Bumper, SweepOverlap::Full, 13)
+{
     Ok(rig) => rig,
     Err(_) => panic!("no such rig"),
 };
@@ -42,7 +45,7 @@ pub struct Recovery {
     /// What sensor 1's noise is added to.
     pub noise: Noise,
     /// The sensors; \[001\] has three.
-    pub crew: Crew,
+    pub crew: SensorSet,
     /// What `AddToGrid` leaves open.
     pub fusion: FusionRules,
 }

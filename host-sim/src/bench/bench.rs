@@ -4,7 +4,7 @@ use super::fault::{BenchFault, WireFault};
 use super::{
     Gp2d02Line, LineFault, MILLISECOND, MovingCar, RangerAnswer, RangerLine, ServoShaft, Stage,
 };
-use crate::experiment::Crew;
+use crate::experiment::SensorSet;
 use crate::fault::{Defect, FaultSpec, Faulty, SpecError, Window, assign};
 use crate::transducer::{Gp2d02Unit, Look, Sensor, SimulatedGp2d02};
 use crate::world::World;
@@ -23,7 +23,7 @@ pub struct BenchSetup {
     /// What stands around the car.
     pub world: Arc<World>,
     /// The errors of its infrared sensors; those beyond the car's heads have no place.
-    pub crew: Crew,
+    pub crew: SensorSet,
     /// What is wrong with sensors, wires and motors.
     pub faults: Vec<BenchFault>,
     /// Names the run: the same seed gives the same bytes.

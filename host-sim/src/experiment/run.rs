@@ -1,6 +1,6 @@
 //! One run: the same readings through every method, measured against perfect sensors.
 
-use super::{Crew, Profile, Reference, Rig, Score};
+use super::{Profile, Reference, Score, SensorLayout, SensorSet};
 use crate::fault::{FaultSpec, Faulty, SpecError, assign};
 use crate::fusion::{FusionRules, HostMapper, Method};
 use crate::replay::RecordedBeam;
@@ -33,9 +33,9 @@ pub struct Setup {
     /// What stands around the car.
     pub world: Arc<World>,
     /// Which sensors it carries.
-    pub crew: Crew,
+    pub crew: SensorSet,
     /// Where they sit and look.
-    pub rig: Rig,
+    pub rig: SensorLayout,
     /// How their readings are spread over cells.
     pub profile: Profile,
     /// What is wrong with them.
@@ -96,11 +96,11 @@ pub struct TakenReading {
 impl Setup {
     /// The shipped car in `world` with the core's defaults, every sensor sound.
     #[must_use]
-    pub fn smart_car(world: Arc<World>, crew: Crew, length: Length, seed: u64) -> Self {
+    pub fn smart_car(world: Arc<World>, crew: SensorSet, length: Length, seed: u64) -> Self {
         Self {
             world,
             crew,
-            rig: Rig::SMART_CAR,
+            rig: SensorLayout::SMART_CAR,
             profile: Profile::default(),
             faults: Vec::new(),
             length,

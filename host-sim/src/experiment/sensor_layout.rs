@@ -10,7 +10,7 @@ use fixed::types::U0F16;
 
 /// Where the pivoted heads sit on the car.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Mounting {
+pub enum HeadPlacement {
     /// Evenly along the bumper: [`smart_car::mounting`].
     Bumper,
     /// All at the car's origin, as if one could look through another.
@@ -19,7 +19,7 @@ pub enum Mounting {
 
 /// How much of the arc every head covers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Overlap {
+pub enum SweepOverlap {
     /// Each sweeps the whole arc: every cell in range is seen by every sensor that nothing hides it
     /// from.
     Full,
@@ -28,7 +28,7 @@ pub enum Overlap {
     Partial,
 }
 
-impl fmt::Display for Overlap {
+impl fmt::Display for SweepOverlap {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Full => "full",
@@ -40,39 +40,39 @@ impl fmt::Display for Overlap {
 /// The text names no overlap.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("'{0}' is no overlap; write full or partial")]
-pub struct OverlapError(String);
+pub struct SweepOverlapError(String);
 
-impl FromStr for Overlap {
-    type Err = OverlapError;
+impl FromStr for SweepOverlap {
+    type Err = SweepOverlapError;
 
-    fn from_str(text: &str) -> Result<Self, OverlapError> {
+    fn from_str(text: &str) -> Result<Self, SweepOverlapError> {
         let both = [Self::Full, Self::Partial];
         let found = both.into_iter().find(|overlap| overlap.to_string() == text);
-        found.ok_or_else(|| OverlapError(text.chars().take(40).collect()))
+        found.ok_or_else(|| SweepOverlapError(text.chars().take(40).collect()))
     }
 }
 
 /// How the heads are placed and how they turn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Rig {
-    mounting: Mounting,
-    overlap: Overlap,
+pub struct SensorLayout {
+    mounting: HeadPlacement,
+    overlap: SweepOverlap,
     directions: u16,
 }
 
 /// A sweep of no directions, or of so many that two would be the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("a sweep has 2 to {} directions", Rig::MOST_DIRECTIONS)]
-pub struct RigError;
+#[error("a sweep has 2 to {} directions", SensorLayout::MOST_DIRECTIONS)]
+pub struct SensorLayoutError;
 
-impl Rig {
+impl SensorLayout {
     /// Most directions of a sweep.
     pub const MOST_DIRECTIONS: u16 = 1000;
 
     /// The Smart Car as it is shipped.
     pub const SMART_CAR: Self = Self {
-        mounting: Mounting::Bumper,
-        overlap: Overlap::Full,
+        mounting: HeadPlacement::Bumper,
+        overlap: SweepOverlap::Full,
         directions: smart_car::SWEEP.directions(),
     };
 
@@ -80,14 +80,14 @@ impl Rig {
     ///
     /// # Errors
     ///
-    /// [`RigError`] outside 2..=1000.
+    /// [`SensorLayoutError`] outside 2..=1000.
     pub const fn try_new(
-        mounting: Mounting,
-        overlap: Overlap,
+        mounting: HeadPlacement,
+        overlap: SweepOverlap,
         directions: u16,
-    ) -> Result<Self, RigError> {
+    ) -> Result<Self, SensorLayoutError> {
         if directions < 2 || directions > Self::MOST_DIRECTIONS {
-            return Err(RigError);
+            return Err(SensorLayoutError);
         }
         Ok(Self {
             mounting,
@@ -107,8 +107,8 @@ impl Rig {
     #[must_use]
     pub fn look(&self, slot: u8, heads: u8, step: u32) -> Pose {
         let mut head = match self.mounting {
-            Mounting::Bumper => smart_car::mounting(slot, heads),
-            Mounting::OnePoint => smart_car::mounting(0, 1),
+            HeadPlacement::Bumper => smart_car::mounting(slot, heads),
+            HeadPlacement::OnePoint => smart_car::mounting(0, 1),
         };
         let sweep = self.sweep(slot, heads);
         head.heading = sweep.direction(step, slot.into(), heads.into());
@@ -122,8 +122,8 @@ impl Rig {
         let last = arc.direction(u32::from(arc.directions()) - 1, 0, 1);
         let span = u32::from(last.wrapping_sub(first).to_bits());
         let (skipped, width) = match self.overlap {
-            Overlap::Full => (0, span),
-            Overlap::Partial => {
+            SweepOverlap::Full => (0, span),
+            SweepOverlap::Partial => {
                 let gaps = u32::from(heads.saturating_sub(1)).max(1);
                 (span / 3 * u32::from(slot) / gaps, span / 3 * 2)
             }
@@ -175,7 +175,7 @@ mod tests {
     #[test]
     fn the_default_rig_and_profile_are_the_shipped_cars() {
         for (slot, step) in (0..3).flat_map(|slot| (0..80).map(move |step| (slot, step))) {
-            let looks = Rig::SMART_CAR.look(slot, 3, step);
+            let looks = SensorLayout::SMART_CAR.look(slot, 3, step);
             assert_eq!(looks, smart_car::look(slot, 3, step));
         }
         for (_, sensor) in SensorModel::TABLE_1 {
@@ -190,7 +190,8 @@ mod tests {
 
     #[test]
     fn partial_views_overlap_in_the_middle_and_reach_both_ends() {
-        let rig = Rig::try_new(Mounting::OnePoint, Overlap::Partial, 37).unwrap();
+        let rig =
+            SensorLayout::try_new(HeadPlacement::OnePoint, SweepOverlap::Partial, 37).unwrap();
         let seen = |slot: u8| {
             let headings = (0..37).map(|step| rig.look(slot, 3, step).heading.to_bits());
             let (least, most) = (headings.clone().min(), headings.max());
@@ -208,8 +209,9 @@ mod tests {
     #[test]
     fn a_sweep_needs_two_directions() {
         for directions in [0, 1, 1001] {
-            let refused = Rig::try_new(Mounting::Bumper, Overlap::Full, directions);
-            assert_eq!(refused, Err(RigError));
+            let refused =
+                SensorLayout::try_new(HeadPlacement::Bumper, SweepOverlap::Full, directions);
+            assert_eq!(refused, Err(SensorLayoutError));
         }
     }
 }

@@ -7,7 +7,7 @@ use thiserror::Error;
 
 /// One sensor of the crew: a letter of Table 1 and its errors.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CrewMember {
+pub struct CarSensor {
     /// The letter in Table 1.
     pub letter: char,
     /// The errors that the table gives it.
@@ -19,16 +19,16 @@ pub struct CrewMember {
 /// Possession proves that there are 1 to 15 of them. Written as letters of Table 1 (`ABC`, `CCE`) or as
 /// a number from 3 to 7, which takes the letters in order and starts again at A after E.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Crew(Vec<CrewMember>);
+pub struct SensorSet(Vec<CarSensor>);
 
 /// The text names no crew.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error(
     "'{0}' is no set of sensors: write 1 to 15 letters A to E, such as ABC, or a number from 3 to 7"
 )]
-pub struct CrewError(String);
+pub struct SensorSetError(String);
 
-impl Crew {
+impl SensorSet {
     /// Most sensors that fit on the bumper.
     pub const MOST: usize = 15;
 
@@ -39,7 +39,7 @@ impl Crew {
         let table = SensorModel::TABLE_1.iter().cycle().take(count);
         Self(
             table
-                .map(|&(letter, model)| CrewMember { letter, model })
+                .map(|&(letter, model)| CarSensor { letter, model })
                 .collect(),
         )
     }
@@ -48,7 +48,7 @@ impl Crew {
     #[must_use]
     pub fn with_models(self, change: impl Fn(SensorModel) -> SensorModel) -> Self {
         let members = self.0.into_iter();
-        let changed = members.map(|member| CrewMember {
+        let changed = members.map(|member| CarSensor {
             model: change(member.model),
             ..member
         });
@@ -57,7 +57,7 @@ impl Crew {
 
     /// Returns the sensors, the first being sensor 1.
     #[must_use]
-    pub fn members(&self) -> &[CrewMember] {
+    pub fn members(&self) -> &[CarSensor] {
         &self.0
     }
 
@@ -74,18 +74,18 @@ impl Crew {
     }
 }
 
-impl Default for Crew {
+impl Default for SensorSet {
     /// A, B and C: the three that the car has.
     fn default() -> Self {
         Self::of_table_1(3)
     }
 }
 
-impl FromStr for Crew {
-    type Err = CrewError;
+impl FromStr for SensorSet {
+    type Err = SensorSetError;
 
-    fn from_str(text: &str) -> Result<Self, CrewError> {
-        let refused = || CrewError(text.chars().take(20).collect());
+    fn from_str(text: &str) -> Result<Self, SensorSetError> {
+        let refused = || SensorSetError(text.chars().take(20).collect());
         if let Ok(count) = text.parse::<usize>() {
             return match count {
                 3..=7 => Ok(Self::of_table_1(count)),
@@ -94,7 +94,7 @@ impl FromStr for Crew {
         }
         let member = |letter: char| {
             let found = SensorModel::TABLE_1.iter().find(|row| row.0 == letter);
-            found.map(|&(letter, model)| CrewMember { letter, model })
+            found.map(|&(letter, model)| CarSensor { letter, model })
         };
         let members: Option<Vec<_>> = text.chars().take(Self::MOST + 1).map(member).collect();
         match members {
@@ -104,7 +104,7 @@ impl FromStr for Crew {
     }
 }
 
-impl fmt::Display for Crew {
+impl fmt::Display for SensorSet {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.0
             .iter()
@@ -119,7 +119,7 @@ mod tests {
     #[test]
     fn letters_and_numbers_name_sensors_of_table_1() {
         for (text, letters) in [("ABC", "ABC"), ("3", "ABC"), ("7", "ABCDEAB"), ("E", "E")] {
-            assert_eq!(text.parse::<Crew>().unwrap().to_string(), letters);
+            assert_eq!(text.parse::<SensorSet>().unwrap().to_string(), letters);
         }
     }
 
@@ -136,7 +136,7 @@ mod tests {
             "AAAAAAAAAAAAAAAA",
             "é",
         ] {
-            assert!(text.parse::<Crew>().is_err(), "{text}");
+            assert!(text.parse::<SensorSet>().is_err(), "{text}");
         }
     }
 }

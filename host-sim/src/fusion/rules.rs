@@ -92,7 +92,7 @@ impl FromStr for Rules {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use certainty_core::health::Blame;
+    use certainty_core::health::FaultAttribution;
 
     #[test]
     fn names_are_read_back_and_others_refused() {
@@ -107,7 +107,7 @@ mod tests {
         for rules in [Rules::Letter, Rules::Coarse].map(Rules::robust) {
             let learning = rules.config().learning;
             assert_eq!(learning.raise, learning.raise_free);
-            assert_eq!(learning.blame, Blame::Alike);
+            assert_eq!(learning.blame, FaultAttribution::Alike);
         }
         let shipped = Rules::Shipped.robust().config().learning;
         assert!(shipped.raise > shipped.raise_free);

@@ -214,12 +214,12 @@ fn followed(speed: f64, wanted: f64, seconds: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::world::Obstacle;
-    use certainty_control::Signal;
+    use certainty_control::Effort;
 
     fn wheels(right: f64, left: f64) -> Wheels {
         Wheels {
-            right: Signal::from_num(right),
-            left: Signal::from_num(left),
+            right: Effort::from_num(right),
+            left: Effort::from_num(left),
         }
     }
 

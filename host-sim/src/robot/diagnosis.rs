@@ -1,10 +1,10 @@
 //! What the robot finds out about its sensors: each by itself, all by each other, all by what the map
 //! remembers.
 
+use super::plausibility_filter::PlausibilityFilter;
 use super::sensors::{Glance, SCANNER_POSE, cross_check, rangefinders};
-use super::watch::Watch;
 use certainty_control::{
-    CrossCheck, Failures, PerBeam, PerRangefinder, Recollection, SENSORS, Verdict, beam_bearing,
+    CrossCheck, ExpectedScan, Failures, PerBeam, PerRangefinder, SENSORS, Verdict, beam_bearing,
 };
 use certainty_core::units::{Point, Pose, Ticks};
 
@@ -26,8 +26,8 @@ pub fn broken(failures: &Failures) -> Doubted {
 /// with the map.
 #[derive(Debug, Clone)]
 pub struct Diagnosis {
-    rangefinders: PerRangefinder<Watch>,
-    beams: PerBeam<Watch>,
+    rangefinders: PerRangefinder<PlausibilityFilter>,
+    beams: PerBeam<PlausibilityFilter>,
     check: CrossCheck,
 }
 
@@ -40,8 +40,8 @@ impl Diagnosis {
     #[must_use]
     pub fn new() -> Self {
         Self {
-            rangefinders: core::array::from_fn(|_| Watch::new()),
-            beams: core::array::from_fn(|_| Watch::new()),
+            rangefinders: core::array::from_fn(|_| PlausibilityFilter::new()),
+            beams: core::array::from_fn(|_| PlausibilityFilter::new()),
             check: CrossCheck::try_new(cross_check()).expect("somebody can be found broken"),
         }
     }
@@ -64,7 +64,7 @@ impl Diagnosis {
     /// has failed, and who contradicts now what the map remembers or shows as surely free.
     ///
     /// A map that its own sensor may wipe out remembers nothing that speaks against it.
-    pub fn judge(&mut self, glance: &Glance, memory: &Recollection) -> (Failures, Doubted) {
+    pub fn judge(&mut self, glance: &Glance, memory: &ExpectedScan) -> (Failures, Doubted) {
         let Glance { rangefinders, scan } = glance;
         let verdicts = self.check.observe(rangefinders, scan, Some(memory));
         let failures = self.check.failures();
@@ -87,17 +87,17 @@ impl Default for Diagnosis {
 mod tests {
     use super::super::course::Course;
     use super::super::drawn_map::DrawnMap;
-    use super::super::sensors::SensorSet;
+    use super::super::sensors::RobotSensors;
     use super::*;
     use crate::fault::FaultSpec;
     use crate::fusion::Method;
-    use certainty_control::{Failure, Signal};
+    use certainty_control::{Effort, Failure};
 
     /// Who is believed to be broken after each of 10 s of glances from where the built-in course begins.
     fn believed(faults: &[&str]) -> Vec<Doubted> {
         let faults: Vec<FaultSpec> = faults.iter().map(|fault| fault.parse().unwrap()).collect();
         let course = Course::built_in();
-        let mut sensors = SensorSet::new(&course.world, &faults, 1).unwrap();
+        let mut sensors = RobotSensors::new(&course.world, &faults, 1).unwrap();
         let mut map = DrawnMap::new(&course, Method::Robust);
         let mut diagnosis = Diagnosis::new();
         let glances = (0..10_000).step_by(50).map(|ms| {
@@ -132,8 +132,8 @@ mod tests {
     fn a_given_failure_is_broken_from_half_on() {
         let mut failures = Failures::NONE;
         assert_eq!(broken(&failures), [false; SENSORS]);
-        failures.rangefinders[2] = Failure::new_saturating(Signal::lit("0.5"));
-        failures.scanner = Failure::new_saturating(Signal::lit("0.49"));
+        failures.rangefinders[2] = Failure::new_saturating(Effort::lit("0.5"));
+        failures.scanner = Failure::new_saturating(Effort::lit("0.49"));
         let expected = [false, false, true, false, false, false, false];
         assert_eq!(broken(&failures), expected);
     }

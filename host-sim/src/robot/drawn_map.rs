@@ -4,7 +4,7 @@ use super::course::Course;
 use super::diagnosis::Doubted;
 use super::sensors::{FARTHEST, Glance, SCANNER, SCANNER_POSE, beam_model, rangefinders, views};
 use crate::fusion::{HostMapper, Method};
-use certainty_control::{Failure, Failures, PerBeam, Recollection, SENSORS, beam_bearing};
+use certainty_control::{ExpectedScan, Failure, Failures, PerBeam, SENSORS, beam_bearing};
 use certainty_core::certainty::Certainty;
 use certainty_core::fusion::{Beam, BeamModel};
 use certainty_core::health::{Health, HealthRules};
@@ -85,7 +85,7 @@ impl DrawnMap {
 
     /// Returns what the map shows where all sensors of a robot at `robot` look.
     #[must_use]
-    pub fn recollection(&self, robot: Pose) -> Recollection {
+    pub fn recollection(&self, robot: Pose) -> ExpectedScan {
         self.mapper.recollection(robot, &views(), OBSTACLE)
     }
 
@@ -114,14 +114,14 @@ impl DrawnMap {
 
 #[cfg(test)]
 mod tests {
-    use super::super::sensors::SensorSet;
+    use super::super::sensors::RobotSensors;
     use super::*;
     use certainty_control::BEAMS;
 
     /// Draws what a robot at the start of the built-in course sees, and recalls it.
-    fn recalled(doubted: &Doubted) -> (Glance, Recollection) {
+    fn recalled(doubted: &Doubted) -> (Glance, ExpectedScan) {
         let course = Course::built_in();
-        let mut sensors = SensorSet::new(&course.world, &[], 1).unwrap();
+        let mut sensors = RobotSensors::new(&course.world, &[], 1).unwrap();
         let mut map = DrawnMap::new(&course, Method::Robust);
         let glance = sensors.look(course.start, Ticks::new(0));
         for step in 0..3 {
@@ -154,7 +154,7 @@ mod tests {
         let (_, memory) = recalled(&[true; SENSORS]);
         assert_eq!(memory.scan, [Reading::NoObject; BEAMS]);
         let course = Course::built_in();
-        let mut sensors = SensorSet::new(&course.world, &[], 1).unwrap();
+        let mut sensors = RobotSensors::new(&course.world, &[], 1).unwrap();
         let mut map = DrawnMap::new(&course, Method::Robust);
         let now = Ticks::new(0);
         let glance = sensors.look(course.start, now);

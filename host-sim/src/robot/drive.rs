@@ -4,11 +4,11 @@ use super::body::Body;
 use super::course::Course;
 use super::diagnosis::broken;
 use super::modes::{HealthMode, MapSource};
-use super::pilot::{Manner, Pilot};
+use super::pilot::{Pilot, PilotConfig};
 use super::quality::{Quality, Sample};
-use super::sensors::{NAMES, SensorSet};
+use super::sensors::{NAMES, RobotSensors};
 use crate::fault::{FaultSpec, SpecError};
-use certainty_control::{Caution, Failures};
+use certainty_control::{Failures, SpeedLimit};
 use certainty_core::certainty::Certainty;
 use certainty_core::fusion::Geometry;
 use certainty_core::units::{Point, Pose, Ticks};
@@ -33,7 +33,7 @@ pub struct Drive {
     /// What the histogram is made from.
     pub map: MapSource,
     /// What of the core's rules is otherwise.
-    pub manner: Manner,
+    pub manner: PilotConfig,
     /// Names the noise, the slip and the faults' whims.
     pub seed: u64,
 }
@@ -76,7 +76,7 @@ pub enum Happening {
     /// It is not any more.
     TrustedAgain(&'static str),
     /// What held the robot back changed.
-    Caution(Caution),
+    SpeedLimit(SpeedLimit),
     /// It touched an obstacle.
     Collision,
     /// It is there.
@@ -87,7 +87,7 @@ pub enum Happening {
 
 /// Whose word an event is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Voice {
+pub enum EventSource {
     /// The simulator's, which knows.
     Truth,
     /// The robot's: what it believes, and what it does for that.
@@ -97,14 +97,14 @@ pub enum Voice {
 impl Happening {
     /// Returns whose word it is.
     #[must_use]
-    pub const fn voice(self) -> Voice {
+    pub const fn voice(self) -> EventSource {
         match self {
             Self::FaultBegan(_)
             | Self::FaultEnded(_)
             | Self::Collision
             | Self::Reached
-            | Self::TimeOver => Voice::Truth,
-            Self::Distrusted(_) | Self::TrustedAgain(_) | Self::Caution(_) => Voice::Robot,
+            | Self::TimeOver => EventSource::Truth,
+            Self::Distrusted(_) | Self::TrustedAgain(_) | Self::SpeedLimit(_) => EventSource::Robot,
         }
     }
 }
@@ -116,15 +116,17 @@ impl fmt::Display for Happening {
             Self::FaultEnded(name) => write!(f, "{name}: fault ended"),
             Self::Distrusted(name) => write!(f, "{name}: no longer believed"),
             Self::TrustedAgain(name) => write!(f, "{name}: believed again"),
-            Self::Caution(Caution::None) => f.write_str("goes on"),
-            Self::Caution(Caution::Arrived) => f.write_str("stands: arrived"),
-            Self::Caution(Caution::Slowed) => {
+            Self::SpeedLimit(SpeedLimit::None) => f.write_str("goes on"),
+            Self::SpeedLimit(SpeedLimit::Arrived) => f.write_str("stands: arrived"),
+            Self::SpeedLimit(SpeedLimit::Slowed) => {
                 f.write_str("slows: too little ahead is seen by sensors that are believed")
             }
-            Self::Caution(Caution::Blind) => {
+            Self::SpeedLimit(SpeedLimit::Blind) => {
                 f.write_str("stops: far too little ahead is seen by sensors that are believed")
             }
-            Self::Caution(Caution::NoWay) => f.write_str("turns on the spot: no direction is open"),
+            Self::SpeedLimit(SpeedLimit::NoWay) => {
+                f.write_str("turns on the spot: no direction is open")
+            }
             Self::Collision => f.write_str("collision"),
             Self::Reached => f.write_str("goal reached"),
             Self::TimeOver => f.write_str("time over"),
@@ -160,7 +162,7 @@ impl Drive {
             faults: Vec::new(),
             health,
             map: MapSource::Beams,
-            manner: Manner::default(),
+            manner: PilotConfig::default(),
             seed,
         }
     }
@@ -172,7 +174,7 @@ impl Drive {
     /// [`SpecError`] for a fault of a sensor that is not there.
     pub fn run(&self) -> Result<Outcome, SpecError> {
         let Course { world, start, goal } = &self.course;
-        let mut sensors = SensorSet::new(world, &self.faults, self.seed)?;
+        let mut sensors = RobotSensors::new(world, &self.faults, self.seed)?;
         let rules = self.manner.rules();
         let mut pilot = Pilot::new(&self.course, self.manner, self.health, self.map);
         let mut body = Body::new(*start, self.seed);
@@ -256,9 +258,9 @@ struct Log {
     events: Vec<Event>,
     faulty: [bool; NAMES.len()],
     distrusted: [bool; NAMES.len()],
-    caution: Caution,
+    caution: SpeedLimit,
     /// Another one, and for how many steps it has been that.
-    other: (Caution, u32),
+    other: (SpeedLimit, u32),
     collisions: u32,
 }
 
@@ -301,7 +303,7 @@ impl Log {
 
     /// Notes what holds the robot back, once that has lasted half a second: a robot that could go just as
     /// fast as it may changes from *slowed* to not at every step.
-    fn note_caution(&mut self, now: u32, caution: Caution) {
+    fn note_caution(&mut self, now: u32, caution: SpeedLimit) {
         const LASTING_STEPS: u32 = 10;
         let steps = if caution == self.other.0 {
             self.other.1
@@ -309,12 +311,12 @@ impl Log {
             0
         };
         self.other = (caution, steps + 1);
-        if caution == self.caution || caution == Caution::Arrived {
+        if caution == self.caution || caution == SpeedLimit::Arrived {
             return;
         }
-        if self.other.1 >= LASTING_STEPS || caution == Caution::Blind {
+        if self.other.1 >= LASTING_STEPS || caution == SpeedLimit::Blind {
             self.caution = caution;
-            self.push(now, Happening::Caution(caution));
+            self.push(now, Happening::SpeedLimit(caution));
         }
     }
 

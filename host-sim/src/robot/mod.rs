@@ -5,7 +5,7 @@
 //! | [`body`] | six wheels, skid-steered: lag, slip, what it bumps into |
 //! | [`sensors`] | six rangefinders and a scanner, where they sit and what befalls them |
 //! | [`modes`] | who tells the robot what has failed, what it sees obstacles in, who remembers |
-//! | [`watch`] | what a sensor's own readings say about it |
+//! | [`plausibility_filter`] | what a sensor's own readings say about it |
 //! | [`diagnosis`] | what it finds out about its sensors: by themselves, by each other, by its map |
 //! | [`drawn_map`] | the map that it draws, and what it remembers by it |
 //! | [`pilot`] | the control level fed by all of them |
@@ -23,13 +23,13 @@ pub mod drawn_map;
 pub mod drive;
 pub mod modes;
 pub mod pilot;
+pub mod plausibility_filter;
 pub mod quality;
 pub mod sensors;
-pub mod watch;
 
 pub use body::Body;
 pub use course::Course;
 pub use drive::{Drive, Outcome};
 pub use modes::{HealthMode, MapSource, Memory};
-pub use pilot::Manner;
+pub use pilot::PilotConfig;
 pub use quality::Quality;

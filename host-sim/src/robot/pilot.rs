@@ -7,8 +7,8 @@ use super::modes::{HealthMode, MapSource, Memory};
 use super::sensors::Glance;
 use crate::fusion::{HostMapper, Method};
 use certainty_control::{
-    Blame, Command, Completed, ControlConfig, ControlRules, Controller, CoverageConfig, Dated,
-    Failures, SENSORS, Side, Signal, Situation,
+    Blame, Command, Completed, ControlConfig, ControlInput, ControlRules, Controller,
+    CoverageConfig, Effort, Failures, SENSORS, Side, Stamped,
 };
 use certainty_core::units::{Point, Pose, Ticks};
 
@@ -38,7 +38,7 @@ pub struct Decision {
 
 /// What of the core's rules a run may have otherwise.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Manner {
+pub struct PilotConfig {
     /// Whether full speed is allowed as long as any sensor is believed, as in \[004\]'s simulations.
     pub bold: bool,
     /// What a failed rangefinder does to the others.
@@ -47,7 +47,7 @@ pub struct Manner {
     pub memory: Memory,
 }
 
-impl Default for Manner {
+impl Default for PilotConfig {
     fn default() -> Self {
         Self {
             bold: false,
@@ -57,7 +57,7 @@ impl Default for Manner {
     }
 }
 
-impl Manner {
+impl PilotConfig {
     /// Returns the rules.
     ///
     /// # Panics
@@ -67,8 +67,8 @@ impl Manner {
     pub fn rules(self) -> ControlRules {
         let default = ControlConfig::DEFAULT;
         let any = CoverageConfig {
-            rangefinders: [Signal::ONE; SENSORS - 1],
-            scanner: Signal::ONE,
+            rangefinders: [Effort::ONE; SENSORS - 1],
+            scanner: Effort::ONE,
             ..default.coverage
         };
         let config = ControlConfig {
@@ -83,7 +83,7 @@ impl Manner {
 impl Pilot {
     /// Creates a pilot for `course` that knows nothing yet.
     #[must_use]
-    pub fn new(course: &Course, manner: Manner, mode: HealthMode, source: MapSource) -> Self {
+    pub fn new(course: &Course, manner: PilotConfig, mode: HealthMode, source: MapSource) -> Self {
         let remembers = manner.memory.serves(mode);
         let memory = (remembers || mode == HealthMode::Diagnosed)
             .then(|| DrawnMap::new(course, Method::Robust));
@@ -137,12 +137,12 @@ impl Pilot {
             },
         };
         let shown = self.shown().map(|map| map.scan(pose));
-        let command = self.controller.step(&Situation {
+        let command = self.controller.step(&ControlInput {
             now,
             pose,
             goal,
-            rangefinders: seen.rangefinders.map(|what| Dated { what, at: now }),
-            scan: Dated {
+            rangefinders: seen.rangefinders.map(|what| Stamped { what, at: now }),
+            scan: Stamped {
                 what: shown.as_ref().unwrap_or(seen.scan),
                 at: now,
             },
@@ -168,23 +168,23 @@ impl Pilot {
 
 #[cfg(test)]
 mod tests {
-    use super::super::sensors::SensorSet;
+    use super::super::sensors::RobotSensors;
     use super::*;
-    use certainty_control::Caution;
+    use certainty_control::SpeedLimit;
 
     #[test]
     fn bold_rules_need_one_sensor_for_full_speed() {
         for blame in [Blame::Shared, Blame::Own] {
-            let manner = Manner {
+            let manner = PilotConfig {
                 bold: true,
                 blame,
-                ..Manner::default()
+                ..PilotConfig::default()
             };
             let rules = manner.rules();
-            assert_eq!(rules.config().coverage.rangefinders, [Signal::ONE; 6]);
+            assert_eq!(rules.config().coverage.rangefinders, [Effort::ONE; 6]);
             assert_eq!(rules.config().blame, blame);
         }
-        assert_eq!(Manner::default().rules(), ControlRules::DEFAULT);
+        assert_eq!(PilotConfig::default().rules(), ControlRules::DEFAULT);
     }
 
     /// What a robot that stands at the start decides after a second, with every sensor given as failed
@@ -192,12 +192,12 @@ mod tests {
     #[test]
     fn a_memory_that_nobody_draws_moves_no_robot() {
         let course = Course::built_in();
-        let manner = Manner {
+        let manner = PilotConfig {
             memory: Memory::Everyone,
-            ..Manner::default()
+            ..PilotConfig::default()
         };
         let mut pilot = Pilot::new(&course, manner, HealthMode::Given, MapSource::Beams);
-        let mut sensors = SensorSet::new(&course.world, &[], 1).unwrap();
+        let mut sensors = RobotSensors::new(&course.world, &[], 1).unwrap();
         let mut decide = |ms, given| {
             let now = Ticks::new(ms);
             let glance = sensors.look(course.start, now);
@@ -207,7 +207,7 @@ mod tests {
         for ms in (0..1000).step_by(50) {
             decide(ms, Failures::NONE);
         }
-        assert_ne!(decide(1000, Failures::NONE).caution, Caution::Blind);
-        assert_eq!(decide(1050, Failures::ALL).caution, Caution::Blind);
+        assert_ne!(decide(1000, Failures::NONE).caution, SpeedLimit::Blind);
+        assert_eq!(decide(1050, Failures::ALL).caution, SpeedLimit::Blind);
     }
 }

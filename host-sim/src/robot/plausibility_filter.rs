@@ -20,7 +20,7 @@ const MOST: u8 = 40;
 ///   that measures would change it;
 /// - jumps one after the other: an edge is one jump, a sensor that guesses jumps three times in four.
 #[derive(Debug, Clone, Copy)]
-pub struct Watch {
+pub struct PlausibilityFilter {
     rules: ValidationRules,
     /// In the map's frame, where the robot's turning makes directions new.
     words: Validator,
@@ -50,7 +50,7 @@ fn rules() -> ValidationRules {
     ValidationRules::try_new(config).expect("a range of 4 m and a jump of half a metre")
 }
 
-impl Watch {
+impl PlausibilityFilter {
     /// Creates the watch of a sensor that has said nothing yet.
     #[must_use]
     pub fn new() -> Self {
@@ -86,7 +86,7 @@ impl Watch {
     }
 }
 
-impl Default for Watch {
+impl Default for PlausibilityFilter {
     fn default() -> Self {
         Self::new()
     }
@@ -108,7 +108,7 @@ mod tests {
     }
 
     fn left(readings: impl IntoIterator<Item = Reading>) -> Vec<Reading> {
-        let mut watch = Watch::new();
+        let mut watch = PlausibilityFilter::new();
         let numbered = (0..).zip(readings);
         let judged = numbered.map(|(step, reading)| {
             let heading = BinaryAngle::from_millidegrees(1000 * step);

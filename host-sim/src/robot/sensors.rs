@@ -159,11 +159,11 @@ pub struct Glance {
 
 /// All sensors of the robot with their faults.
 #[derive(Debug)]
-pub struct SensorSet {
+pub struct RobotSensors {
     sensors: Vec<(Faulty<Laser>, Vec<Fault>)>,
 }
 
-impl SensorSet {
+impl RobotSensors {
     /// Creates the sensors in `world` with `faults`, in the run that `seed` names.
     ///
     /// # Errors
@@ -245,9 +245,9 @@ mod tests {
         Arc::new(World::new("wall", vec![wall.unwrap()]))
     }
 
-    fn set(faults: &[&str]) -> SensorSet {
+    fn set(faults: &[&str]) -> RobotSensors {
         let specs: Vec<FaultSpec> = faults.iter().map(|spec| spec.parse().unwrap()).collect();
-        SensorSet::new(&wall(), &specs, 1).unwrap()
+        RobotSensors::new(&wall(), &specs, 1).unwrap()
     }
 
     fn millimetres(reading: Reading) -> f64 {
@@ -316,6 +316,6 @@ mod tests {
     #[test]
     fn a_sensor_that_is_not_there_has_no_fault() {
         let spec: FaultSpec = "stuck-far:XX".parse().unwrap();
-        assert!(SensorSet::new(&wall(), &[spec], 1).is_err());
+        assert!(RobotSensors::new(&wall(), &[spec], 1).is_err());
     }
 }

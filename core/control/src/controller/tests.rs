@@ -1,4 +1,4 @@
-use super::super::{BEAMS, Outlook, RANGEFINDERS, beam_bearing};
+use super::super::{BEAMS, Mounting, RANGEFINDERS, beam_bearing};
 use super::*;
 use certainty_core::units::BinaryAngle;
 use proptest::prelude::*;
@@ -47,14 +47,14 @@ impl Scene {
         mirrored
     }
 
-    fn at(&self, now: u32) -> Situation<'_> {
+    fn at(&self, now: u32) -> ControlInput<'_> {
         let at = Ticks::new(now);
-        Situation {
+        ControlInput {
             now: at,
             pose: self.pose,
             goal: self.goal,
-            rangefinders: self.rangefinders.map(|what| Dated { what, at }),
-            scan: Dated {
+            rangefinders: self.rangefinders.map(|what| Stamped { what, at }),
+            scan: Stamped {
                 what: &self.scan,
                 at,
             },
@@ -91,7 +91,7 @@ fn assert_signals(command: &Command, (right, left): (f64, f64)) {
 fn an_open_road_is_taken_at_full_speed() {
     let command = settled(&Scene::open());
     assert_eq!(signals(&command), (1.0, 1.0));
-    assert_eq!(command.caution, Caution::None);
+    assert_eq!(command.caution, SpeedLimit::None);
 }
 
 /// Eq. 1 by hand: nothing within 4 m but the goal 45° to the left, so α₀ and α₁ do not matter (nothing to
@@ -126,7 +126,7 @@ fn eq_1_by_hand_past_an_obstacle() {
     scene.scan[..=20].fill(Reading::Echo(Millimeters::new(1550)));
     let ahead = 0.75 * 0.859_375;
     for (doubt, credibility) in [("0", 1.0), ("0.25", 0.75), ("0.5", 0.5)] {
-        scene.failures.scanner = Failure::new_saturating(Signal::lit(doubt));
+        scene.failures.scanner = Failure::new_saturating(Effort::lit(doubt));
         let turn = credibility * 0.25 * 1.158_333;
         assert_signals(&settled(&scene), (ahead + turn, ahead - turn));
     }
@@ -165,7 +165,7 @@ fn eq_1_by_hand_towards_the_goal_with_all_half_failed() {
     let turn = 0.3125 * 127.0 / 128.0;
     let command = settled(&scene);
     assert_signals(&command, (1.0, 1.0 - 2.0 * turn));
-    assert_eq!(command.coverage.part(), Signal::lit("0.75"));
+    assert_eq!(command.coverage.part(), Effort::lit("0.75"));
 }
 
 #[test]
@@ -198,13 +198,13 @@ fn a_scanner_that_stops_nobody_clears_no_way_either() {
         ..Scene::open()
     };
     let fail = |scene: &mut Scene, bits| {
-        scene.failures.scanner = Failure::new_saturating(Signal::from_bits(bits));
+        scene.failures.scanner = Failure::new_saturating(Effort::from_bits(bits));
     };
     fail(&mut scene, HALF.to_bits());
-    assert_eq!(settled(&scene).caution, Caution::NoWay);
+    assert_eq!(settled(&scene).caution, SpeedLimit::NoWay);
     fail(&mut scene, HALF.to_bits() + 1);
     let command = settled(&scene);
-    assert_eq!(command.caution, Caution::Slowed);
+    assert_eq!(command.caution, SpeedLimit::Slowed);
     assert_signals(&command, (0.5, 0.5));
     assert_eq!(command.nearest, Millimeters::new(u32::MAX));
 }
@@ -215,16 +215,16 @@ fn who_sees_to_both_sides_does_not_see_ahead() {
     let mut scene = Scene::open();
     scene.scan[25..75].fill(Reading::Missing(Missing::Timeout));
     let command = settled(&scene);
-    assert_eq!(command.caution, Caution::Slowed);
+    assert_eq!(command.caution, SpeedLimit::Slowed);
     assert_signals(&command, (0.5, 0.5));
     scene.rangefinders = [Reading::Missing(Missing::Timeout); RANGEFINDERS];
-    assert_eq!(settled(&scene).caution, Caution::Blind);
+    assert_eq!(settled(&scene).caution, SpeedLimit::Blind);
 }
 
 #[test]
 fn looking_down_flat_ground_is_open_and_a_hole_stops_it() {
     let config = ControlConfig {
-        outlook: Outlook::Tilted,
+        outlook: Mounting::Tilted,
         ..ControlConfig::DEFAULT
     };
     let rules = ControlRules::try_new(config).unwrap();
@@ -266,7 +266,7 @@ fn no_failure_leaves_all_credibility() {
         histogram,
         goal,
     } = command.credibility;
-    assert_eq!([braitenberg, histogram, goal], [Signal::ONE; 3]);
+    assert_eq!([braitenberg, histogram, goal], [Effort::ONE; 3]);
 }
 
 #[test]
@@ -274,7 +274,7 @@ fn all_failed_is_standing_still() {
     let command = settled(&Scene::failing(Failures::ALL));
     assert_eq!(
         (command.wheels, command.caution),
-        (Wheels::STOPPED, Caution::Blind)
+        (Wheels::STOPPED, SpeedLimit::Blind)
     );
 }
 
@@ -286,14 +286,14 @@ fn one_dead_sensor_of_any_kind_does_not_stop_the_robot() {
         failures.rangefinders[dead] = Failure::TOTAL;
         let command = settled(&Scene::failing(failures));
         assert_eq!(signals(&command), (1.0, 1.0), "rangefinder {}", dead + 1);
-        assert!(command.credibility.braitenberg < Signal::ONE);
+        assert!(command.credibility.braitenberg < Effort::ONE);
     }
     let scanner = Failures {
         scanner: Failure::TOTAL,
         ..Failures::NONE
     };
     let command = settled(&Scene::failing(scanner));
-    assert_eq!(command.caution, Caution::Slowed);
+    assert_eq!(command.caution, SpeedLimit::Slowed);
     assert_signals(&command, (0.5, 0.5));
 }
 
@@ -309,7 +309,7 @@ fn where_each_has_its_own_blame_the_others_are_believed_as_before() {
     let scene = Scene::failing(failures);
     assert_eq!(
         controller.step(&scene.at(0)).credibility.braitenberg,
-        Signal::ONE
+        Effort::ONE
     );
 }
 
@@ -321,14 +321,17 @@ fn too_little_coverage_stops_and_says_so() {
     };
     // Without the scanner the sides are missed by nobody, and a corner is seen by one sensor alone.
     failures.rangefinders[2] = Failure::TOTAL;
-    assert_eq!(settled(&Scene::failing(failures)).caution, Caution::Slowed);
+    assert_eq!(
+        settled(&Scene::failing(failures)).caution,
+        SpeedLimit::Slowed
+    );
     for corner in [0, 1, 4, 5] {
         let mut failures = failures;
         failures.rangefinders[corner] = Failure::TOTAL;
         let command = settled(&Scene::failing(failures));
         assert_eq!(
             (command.wheels, command.caution),
-            (Wheels::STOPPED, Caution::Blind)
+            (Wheels::STOPPED, SpeedLimit::Blind)
         );
     }
 }
@@ -347,19 +350,19 @@ fn what_is_stale_counts_as_missing() {
         situation.scan.at = scan_at;
         controller.step(&situation).caution
     };
-    assert_eq!(step(stale_after, old), Caution::None);
+    assert_eq!(step(stale_after, old), SpeedLimit::None);
     // All rangefinders are, the scanner is not: their 0.5 is missing, and nothing lost.
     assert_eq!(
         step(stale_after + 1, Ticks::new(stale_after)),
-        Caution::None
+        SpeedLimit::None
     );
-    assert_eq!(step(stale_after + 1, old), Caution::Blind);
+    assert_eq!(step(stale_after + 1, old), SpeedLimit::Blind);
     // However long ago that was, and half of all ticks ago it would be in the future.
     for now in [1 << 31, u32::MAX - stale_after - 1] {
-        assert_eq!(step(now, old), Caution::Blind, "{now}");
+        assert_eq!(step(now, old), SpeedLimit::Blind, "{now}");
     }
     // A clock that is a little ahead is none that stands.
-    assert_eq!(step(1000, Ticks::new(1000 + stale_after)), Caution::None);
+    assert_eq!(step(1000, Ticks::new(1000 + stale_after)), SpeedLimit::None);
 }
 
 #[test]
@@ -370,7 +373,7 @@ fn where_nothing_is_open_it_turns_on_the_spot() {
     };
     let command = settled(&wall);
     assert_eq!(signals(&command), (0.5, -0.5));
-    assert_eq!(command.caution, Caution::NoWay);
+    assert_eq!(command.caution, SpeedLimit::NoWay);
 }
 
 #[test]
@@ -382,7 +385,7 @@ fn at_the_goal_it_stands() {
     let command = settled(&scene);
     assert_eq!(
         (command.wheels, command.caution),
-        (Wheels::STOPPED, Caution::Arrived)
+        (Wheels::STOPPED, SpeedLimit::Arrived)
     );
 }
 
@@ -415,14 +418,14 @@ fn failure() -> impl Strategy<Value = Failure> {
     prop_oneof![
         3 => Just(Failure::NONE),
         1 => Just(Failure::TOTAL),
-        1 => (0_i32..65536).prop_map(|bits| Failure::new_saturating(Signal::from_bits(bits))),
+        1 => (0_i32..65536).prop_map(|bits| Failure::new_saturating(Effort::from_bits(bits))),
     ]
 }
 
 /// All at once as well, so that the product of eq. 15 is not nothing.
 fn failures() -> impl Strategy<Value = Failures> {
     let partly =
-        || (1_i32..65536).prop_map(|bits| Failure::new_saturating(Signal::from_bits(bits)));
+        || (1_i32..65536).prop_map(|bits| Failure::new_saturating(Effort::from_bits(bits)));
     prop_oneof![
         3 => (prop::array::uniform6(failure()), failure()),
         1 => (prop::array::uniform6(partly()), partly()),
@@ -458,7 +461,7 @@ prop_compose! {
 }
 
 fn rules() -> impl Strategy<Value = ControlRules> {
-    let outlook = prop_oneof![Just(Outlook::Level), Just(Outlook::Tilted)];
+    let outlook = prop_oneof![Just(Mounting::Level), Just(Mounting::Tilted)];
     let blame = prop_oneof![Just(Blame::Shared), Just(Blame::Own)];
     (outlook, blame).prop_map(|(outlook, blame)| {
         let config = ControlConfig {
@@ -481,7 +484,7 @@ proptest! {
         for ((scene, ages, age), now) in scenes.iter().zip((0..).step_by(70)) {
             let mirrored = scene.mirrored();
             let aged = |scene, reversed: bool| {
-                let mut situation: Situation<'_> = Scene::at(scene, now);
+                let mut situation: ControlInput<'_> = Scene::at(scene, now);
                 let mut ages = *ages;
                 if reversed {
                     ages.reverse();
@@ -517,7 +520,7 @@ proptest! {
             let wheels = controller.step(&scene.at(now)).wheels;
             let elapsed = if number == 0 { 0 } else { *pause };
             for (after, before) in [(wheels.right, before.right), (wheels.left, before.left)] {
-                prop_assert!(after.abs() <= Signal::ONE);
+                prop_assert!(after.abs() <= Effort::ONE);
                 let most = if after.abs() < before.abs() { 6.0 } else { 3.0 };
                 let change: f64 = (after - before).abs().to_num();
                 prop_assert!(change <= most * f64::from(elapsed) / 1000.0 + 1e-9);
@@ -549,6 +552,6 @@ proptest! {
     fn no_failures_are_full_credibility_whatever_is_seen(mut scene in scene()) {
         scene.failures = Failures::NONE;
         let Credibility { braitenberg, histogram, goal } = settled(&scene).credibility;
-        prop_assert_eq!([braitenberg, histogram, goal], [Signal::ONE; 3]);
+        prop_assert_eq!([braitenberg, histogram, goal], [Effort::ONE; 3]);
     }
 }

@@ -2,7 +2,7 @@
 
 use super::super::failures::Failure;
 use super::super::motion::{scaled, share};
-use super::super::{Failures, PerRangefinder, RANGEFINDERS, Signal};
+use super::super::{Effort, Failures, PerRangefinder, RANGEFINDERS};
 
 /// How often sensors contradicted each other and the map, lately: above 0 more than they agreed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -32,7 +32,7 @@ impl Standing {
 
     /// Takes in who has failed by three quarters, and lets go of who has by less than a quarter.
     pub(super) fn settle(&mut self, failures: &Failures) {
-        const QUARTER: Signal = Signal::lit("0.25");
+        const QUARTER: Effort = Effort::lit("0.25");
         let own = self.rangefinders.iter_mut().chain([&mut self.scanner]);
         let all = failures.rangefinders.iter().chain([&failures.scanner]);
         for (stands, failure) in own.zip(all) {
@@ -80,7 +80,7 @@ impl Suspicions {
             .saturating_add(sum(&besides))
             .saturating_sub(sum(&instead));
         let blame = share(lead.saturating_add(cost), cost.saturating_mul(2));
-        let rest = Signal::ONE.saturating_sub(blame);
+        let rest = Effort::ONE.saturating_sub(blame);
         let mut failures = Failures {
             scanner: Failure::new_saturating(scaled(blame, share(scanner, cost))),
             ..Failures::NONE

@@ -1,5 +1,5 @@
 use super::super::nearness::distance;
-use super::super::{BEAMS, Failure, RANGEFINDERS, Sector, Signal};
+use super::super::{BEAMS, Effort, Failure, RANGEFINDERS, RayFan};
 use super::*;
 use certainty_core::transducer::Missing;
 use certainty_core::units::{BinaryAngle, Point, Pose};
@@ -146,7 +146,7 @@ fn who_was_found_broken_stays_so_when_the_others_fall_silent() {
     }
     let failures = check.failures();
     let parts = (failures.rangefinders[0].part(), failures.scanner.part());
-    assert_eq!(parts, (Signal::lit("0.75"), Signal::lit("0.25")));
+    assert_eq!(parts, (Effort::lit("0.75"), Effort::lit("0.25")));
 }
 
 #[test]
@@ -233,9 +233,9 @@ fn clear(reading: Reading) -> Millimeters {
 }
 
 /// What a map shows that remembers the wall: by 1° a sector's rays would be a little longer or shorter.
-fn memory_of_wall() -> Recollection {
-    Recollection {
-        sectors: of_wall().map(|reading| Sector::of_rays([reading; 11], clear(reading))),
+fn memory_of_wall() -> ExpectedScan {
+    ExpectedScan {
+        sectors: of_wall().map(|reading| RayFan::of_rays([reading; 11], clear(reading))),
         scan: wall(),
         clear: wall().map(clear),
     }
@@ -248,7 +248,7 @@ fn with_memory(
     times: usize,
     rangefinders: &PerRangefinder<Reading>,
     scan: &PerBeam<Reading>,
-    memory: &Recollection,
+    memory: &ExpectedScan,
 ) -> Vec<f64> {
     let mut check = check();
     for _ in 0..times {
@@ -271,7 +271,7 @@ fn who_says_what_the_map_says_is_not_suspected() {
         [0.0; 7]
     );
     // Nor who sees what nobody saw before.
-    let verdicts = check.observe(&of_wall(), &wall(), Some(&Recollection::NOTHING));
+    let verdicts = check.observe(&of_wall(), &wall(), Some(&ExpectedScan::NOTHING));
     assert_eq!(verdicts.rangefinders, [Silence; RANGEFINDERS]);
     assert_eq!(verdicts.scanner, Silence);
 }
@@ -340,8 +340,8 @@ fn a_scan_is_judged_by_most_of_its_beams() {
 #[test]
 fn an_edge_in_the_map_judges_no_rangefinder() {
     let judged = |rays: [Reading; 11], reading: Reading| {
-        let mut memory = Recollection::NOTHING;
-        memory.sectors[0] = Sector::of_rays(rays, Millimeters::ZERO);
+        let mut memory = ExpectedScan::NOTHING;
+        memory.sectors[0] = RayFan::of_rays(rays, Millimeters::ZERO);
         let mut rangefinders = BLIND;
         rangefinders[0] = reading;
         let mut check = check();
@@ -375,11 +375,11 @@ fn an_edge_in_the_map_judges_no_rangefinder() {
 }
 
 /// A map that is surely free for 2 m wherever anybody looks.
-fn memory_of_free() -> Recollection {
-    Recollection {
-        sectors: [Sector::of_rays([Reading::NoObject; 11], mm(2000)); RANGEFINDERS],
+fn memory_of_free() -> ExpectedScan {
+    ExpectedScan {
+        sectors: [RayFan::of_rays([Reading::NoObject; 11], mm(2000)); RANGEFINDERS],
         clear: [mm(2000); BEAMS],
-        ..Recollection::NOTHING
+        ..ExpectedScan::NOTHING
     }
 }
 
@@ -423,7 +423,7 @@ fn a_phantom_beside_the_scanners_field_is_found_by_what_was_free() {
     // One failure alone leaves both in doubt, as the scanner drew the map.
     assert_eq!(found, [0.0, 0.0, 0.5, 0.0, 0.0, 0.0, 0.5]);
     // Where the scanner agrees with the map it is the rangefinder.
-    let memory = Recollection {
+    let memory = ExpectedScan {
         scan: wall(),
         ..memory_of_free()
     };
@@ -446,14 +446,14 @@ fn what_contradicted_the_map_is_forgotten_where_it_remembers_nothing() {
         check.observe(
             &BLIND,
             &[Reading::NoObject; BEAMS],
-            Some(&Recollection::NOTHING),
+            Some(&ExpectedScan::NOTHING),
         );
     }
     assert_ne!(check.suspicions, Suspicions::NONE);
     check.observe(
         &BLIND,
         &[Reading::NoObject; BEAMS],
-        Some(&Recollection::NOTHING),
+        Some(&ExpectedScan::NOTHING),
     );
     assert_eq!(check.suspicions, Suspicions::NONE);
     assert_eq!(check.failures(), Failures::NONE);
@@ -564,7 +564,7 @@ prop_compose! {
         walls in prop::array::uniform6(prop::option::of(reading())),
         scan in scan(),
         clear in prop::array::uniform7((0_u32..5000).prop_map(mm)),
-    ) -> [Recollection; 2] {
+    ) -> [ExpectedScan; 2] {
         let mut sectors = rays;
         for (rays, wall) in sectors.iter_mut().zip(walls) {
             if let Some(wall) = wall {
@@ -574,13 +574,13 @@ prop_compose! {
         let [ahead @ .., beams] = clear;
         let mut numbered = sectors.into_iter().zip(ahead);
         let sectors = [(); RANGEFINDERS].map(|()| numbered.next().unwrap());
-        let ours = Recollection {
-            sectors: sectors.map(|(rays, clear)| Sector::of_rays(rays, clear)),
+        let ours = ExpectedScan {
+            sectors: sectors.map(|(rays, clear)| RayFan::of_rays(rays, clear)),
             scan,
             clear: [beams; BEAMS],
         };
-        let mirrored = Recollection {
-            sectors: reversed(sectors).map(|(rays, clear)| Sector::of_rays(reversed(rays), clear)),
+        let mirrored = ExpectedScan {
+            sectors: reversed(sectors).map(|(rays, clear)| RayFan::of_rays(reversed(rays), clear)),
             scan: reversed(scan),
             ..ours
         };

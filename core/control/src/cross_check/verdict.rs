@@ -2,7 +2,7 @@
 
 use super::super::histogram::{BEAMS, PerBeam, beam_bearing};
 use super::super::valley::beam_towards;
-use super::super::{PerRangefinder, RANGEFINDERS, Recollection};
+use super::super::{ExpectedScan, PerRangefinder, RANGEFINDERS};
 use super::CrossCheckConfig;
 use certainty_core::transducer::Reading;
 use certainty_core::units::{BinaryAngle, Direction, Millimeters, Point, Pose};
@@ -87,7 +87,7 @@ impl CrossCheckConfig {
         rangefinders: &PerRangefinder<Reading>,
         scan: &PerBeam<Reading>,
         pairs: PerRangefinder<Verdict>,
-        memory: &Recollection,
+        memory: &ExpectedScan,
     ) -> Verdicts {
         let mut verdicts = [Verdict::Silence; RANGEFINDERS];
         let all = rangefinders.iter().zip(&memory.sectors).zip(&pairs);
@@ -121,7 +121,7 @@ impl CrossCheckConfig {
     }
 
     /// Compares the scan with the map; where it is `confirmed` by a rangefinder, new things are no phantoms.
-    fn of_scan(&self, scan: &PerBeam<Reading>, confirmed: bool, memory: &Recollection) -> Verdict {
+    fn of_scan(&self, scan: &PerBeam<Reading>, confirmed: bool, memory: &ExpectedScan) -> Verdict {
         let (mut alike, mut unlike) = (0_u8, 0_u8);
         let all = scan.iter().zip(&memory.scan).zip(&memory.clear);
         for ((&reading, &shown), &clear) in all {

@@ -6,8 +6,8 @@
 #![no_main]
 
 use certainty_control::{
-    BEAMS, Caution, ControlRules, Controller, CrossCheck, CrossCheckConfig, Dated, Failures,
-    PerBeam, PerRangefinder, Recollection, Side, Situation, Verdict, Views,
+    BEAMS, ControlInput, ControlRules, Controller, CrossCheck, CrossCheckConfig, ExpectedScan,
+    Failures, PerBeam, PerRangefinder, Side, SpeedLimit, Stamped, Verdict, Views,
 };
 use certainty_core::certainty::Certainty;
 use certainty_core::fusion::{
@@ -131,11 +131,11 @@ fn measure_memory(
         return;
     };
     let (nothing, ()) = ticks(clock, || ());
-    let mut memory = Recollection::NOTHING;
+    let mut memory = ExpectedScan::NOTHING;
     let (remembering, ()) = ticks(clock, || {
         let map = Environment::new(&grid, &[]);
         let obstacle = Certainty::from_bits(192);
-        memory = Recollection::of_map(&map, Pose::default(), &VIEWS, obstacle);
+        memory = ExpectedScan::of_map(&map, Pose::default(), &VIEWS, obstacle);
     });
     let mut check = CHECK;
     let (observing, verdicts) = ticks(clock, || check.observe(near, scan, Some(&memory)));
@@ -172,12 +172,12 @@ fn measure(clock: &mut SYST, name: &str, scan: &PerBeam<Reading>, near: &PerRang
         check.failures()
     });
     let now = Ticks::new(50);
-    let situation = |failures: Failures| Situation {
+    let situation = |failures: Failures| ControlInput {
         now,
         pose: Pose::default(),
         goal: Point::from_mm(10_000, 1000),
-        rangefinders: near.map(|what| Dated { what, at: now }),
-        scan: Dated {
+        rangefinders: near.map(|what| Stamped { what, at: now }),
+        scan: Stamped {
             what: scan,
             at: now,
         },
@@ -185,9 +185,9 @@ fn measure(clock: &mut SYST, name: &str, scan: &PerBeam<Reading>, near: &PerRang
     };
     let (stepping, command) = ticks(clock, || controller.step(&situation(failures)));
     let caution = match command.caution {
-        Caution::None => "none",
-        Caution::NoWay => "no way",
-        Caution::Arrived | Caution::Slowed | Caution::Blind => "held back",
+        SpeedLimit::None => "none",
+        SpeedLimit::NoWay => "no way",
+        SpeedLimit::Arrived | SpeedLimit::Slowed | SpeedLimit::Blind => "held back",
     };
     hprintln!(
         "{}: step {} instructions, cross-check {}; caution {}",

@@ -21,15 +21,15 @@ mod senses;
 
 pub use odometer::{CHASSIS, Chassis, Odometer};
 pub use rules::{CONTROL, GOAL};
-pub(super) use senses::Eye;
-use senses::Seen;
+use senses::ControlInputs;
+pub(super) use senses::RangerInput;
 
 use super::round::{LOOK_FRAMES, ROUND_FRAMES};
 use super::{HEADS, MOTOR, POSE, RANGERS, SWEEP};
 use crate::board::{Board, MotorWires, Start};
 use crate::executive::Due;
-use crate::motors::{Motors, Thrust};
-use crate::telemetry::{self, Conduct};
+use crate::motors::{MotorPulses, Motors};
+use crate::telemetry::{self, DriveState};
 use certainty_control::{ControlRules, Controller, Side, Wheels};
 use certainty_core::fusion::{CertaintyGrid, Environment};
 use certainty_core::units::Pose;
@@ -45,17 +45,17 @@ pub(super) struct Drive<B: Board> {
     /// Where the car was when it began to move by `thrust`.
     began: Odometer,
     /// What the motors were told last.
-    thrust: Thrust,
+    thrust: MotorPulses,
     /// Where the car is when its heads look, until the motors are told anew.
     looks_from: Pose,
     /// What was decided in this round, until the motors are told.
-    decided: Option<(Wheels, Conduct)>,
+    decided: Option<(Wheels, DriveState)>,
     /// Rounds in which at most one head was silent, until there are enough.
     looked: u32,
     /// A slot of this round was skipped.
     faltered: bool,
     /// Why the car does not know where it is: it stands until it is started by hand.
-    lost: Option<Conduct>,
+    lost: Option<DriveState>,
     /// How the round ended.
     told: telemetry::Drive,
 }
@@ -67,16 +67,16 @@ impl<B: Board> Drive<B> {
             motors: Motors::new(wires.right, wires.left, MOTOR),
             controller: Controller::new(&CONTROL, Side::Left),
             began: Odometer::new(POSE),
-            thrust: Thrust::NONE,
+            thrust: MotorPulses::NONE,
             looks_from: POSE,
             decided: None,
             looked: 0,
             faltered: false,
             lost: match start {
                 Start::ByHand => None,
-                Start::ByItself => Some(Conduct::Restarted),
+                Start::ByItself => Some(DriveState::Restarted),
             },
-            told: told(POSE, Wheels::STOPPED, Conduct::Looking),
+            told: told(POSE, Wheels::STOPPED, DriveState::Looking),
         }
     }
 
@@ -100,7 +100,7 @@ impl<B: Board> Drive<B> {
         due: Due,
         map: &Environment<'_, G>,
         silent: &[bool; HEADS as usize],
-        rangers: &[Eye<'_>; RANGERS as usize],
+        rangers: &[RangerInput<'_>; RANGERS as usize],
     ) {
         if self.looked < LOOK_AROUND {
             let gone = silent
@@ -109,12 +109,12 @@ impl<B: Board> Drive<B> {
             if gone <= 1 {
                 self.looked = self.looked.saturating_add(1);
             }
-            self.decided = Some((Wheels::STOPPED, Conduct::Looking));
+            self.decided = Some((Wheels::STOPPED, DriveState::Looking));
             return;
         }
         // Where it will be when it begins to do what is decided now.
         let pose = self.began.after(self.thrust, ROUND_FRAMES).pose();
-        let seen = Seen {
+        let seen = ControlInputs {
             now: due.at,
             pose,
             silent,
@@ -128,8 +128,8 @@ impl<B: Board> Drive<B> {
     ///
     /// Who stood, stood. Who was moving moved on for nobody knows how long, and stands from now on.
     pub(super) fn drive_late(&mut self) {
-        if self.thrust != Thrust::NONE {
-            self.lost = Some(Conduct::Lost);
+        if self.thrust != MotorPulses::NONE {
+            self.lost = Some(DriveState::Lost);
         }
         self.falter();
         self.drive();
@@ -145,19 +145,22 @@ impl<B: Board> Drive<B> {
         let decided = self.decided.take().filter(|_| !faltered);
         let (mut wheels, mut conduct) = match self.lost {
             Some(why) => (Wheels::STOPPED, why),
-            None => decided.unwrap_or((Wheels::STOPPED, Conduct::Late)),
+            None => decided.unwrap_or((Wheels::STOPPED, DriveState::Late)),
         };
         self.thrust = match self.motors.drive(wheels) {
             Ok(thrust) => thrust,
             Err(_) => {
-                if self.thrust != Thrust::NONE || wheels != Wheels::STOPPED {
-                    self.lost = Some(Conduct::Lost);
+                if self.thrust != MotorPulses::NONE || wheels != Wheels::STOPPED {
+                    self.lost = Some(DriveState::Lost);
                 }
-                (wheels, conduct) = (Wheels::STOPPED, Conduct::Refused);
-                Thrust::NONE
+                (wheels, conduct) = (Wheels::STOPPED, DriveState::Refused);
+                MotorPulses::NONE
             }
         };
-        if matches!(conduct, Conduct::Late | Conduct::Refused | Conduct::Lost) {
+        if matches!(
+            conduct,
+            DriveState::Late | DriveState::Refused | DriveState::Lost
+        ) {
             // The next step begins with a car that stands.
             self.controller = Controller::new(&CONTROL, self.controller.kept_side());
         }
@@ -171,7 +174,7 @@ impl<B: Board> Drive<B> {
     }
 }
 
-const fn told(pose: Pose, wheels: Wheels, conduct: Conduct) -> telemetry::Drive {
+const fn told(pose: Pose, wheels: Wheels, conduct: DriveState) -> telemetry::Drive {
     telemetry::Drive {
         pose,
         wheels,

@@ -1,6 +1,6 @@
 //! Dead reckoning: where the car must be by what its motors were told.
 
-use crate::motors::Thrust;
+use crate::motors::MotorPulses;
 use crate::smart_car::MOTOR;
 use crate::smart_car::round::FRAME_MS;
 use certainty_core::units::{BinaryAngle, Direction, Point, Pose};
@@ -89,9 +89,9 @@ impl Odometer {
     /// way through the turn; it turns by their difference over the track. Off by less than 1 % of the way, and
     /// by less than 0.1 mm in a round, against the exact arcs.
     #[must_use]
-    pub fn after(self, thrust: Thrust, frames: u16) -> Self {
+    pub fn after(self, thrust: MotorPulses, frames: u16) -> Self {
         let mut there = self;
-        if thrust == Thrust::NONE {
+        if thrust == MotorPulses::NONE {
             return there;
         }
         let mut left = frames;
@@ -103,7 +103,7 @@ impl Odometer {
         there
     }
 
-    fn step(self, thrust: Thrust, frames: u16) -> Self {
+    fn step(self, thrust: MotorPulses, frames: u16) -> Self {
         // At most 2^15 µs, 10 frames and 2^5 µm: 24 bits.
         let goes = |us: i16| i64::from(us).wrapping_mul(GOES_UM.wrapping_mul(frames.into()));
         let (right, left) = (goes(thrust.right_us), goes(thrust.left_us));
@@ -159,8 +159,8 @@ mod tests {
     use crate::smart_car::round::ROUND_FRAMES;
     use core::f64::consts::TAU;
 
-    const fn thrust(right_us: i16, left_us: i16) -> Thrust {
-        Thrust { right_us, left_us }
+    const fn thrust(right_us: i16, left_us: i16) -> MotorPulses {
+        MotorPulses { right_us, left_us }
     }
 
     /// 100 mm/s for 40 frames of 20 ms are 80 mm.
@@ -184,7 +184,7 @@ mod tests {
     #[test]
     fn no_thrust_is_no_move() {
         let odometer = Odometer::new(POSE).after(thrust(123, 45), 17);
-        assert_eq!(odometer.after(Thrust::NONE, 40), odometer);
+        assert_eq!(odometer.after(MotorPulses::NONE, 40), odometer);
         assert_eq!(odometer.after(thrust(500, -3), 0), odometer);
     }
 

@@ -3,8 +3,8 @@
 use super::odometer::CHASSIS;
 use crate::smart_car::FARTHEST;
 use certainty_control::{
-    Blame, ControlConfig, ControlRules, Corner, CoverageConfig, HistogramConfig, Limits, Outlook,
-    Ramp, Signal, Threshold, Weights,
+    Blame, ControlConfig, ControlRules, Corner, CoverageConfig, Effort, HistogramConfig, Limits,
+    Mounting, Ramp, Threshold, Weights,
 };
 use certainty_core::certainty::Certainty;
 use certainty_core::units::{Millimeters, Point};
@@ -44,12 +44,12 @@ const HALF_CELL_MM: u32 = 50;
 /// - A wheel gets faster by all its speed in a second, by four fifths of it in a round.
 pub static CONTROL: ControlRules = {
     let default = ControlConfig::DEFAULT;
-    let ahead = Signal::lit("0.1");
-    let none = Signal::ZERO;
+    let ahead = Effort::lit("0.1");
+    let none = Effort::ZERO;
     let config = ControlConfig {
         braitenberg: default.braitenberg,
         rangefinder_default: Millimeters::new(300),
-        outlook: Outlook::Level,
+        outlook: Mounting::Level,
         histogram: HistogramConfig {
             default: Millimeters::new(600),
             safe: Millimeters::new(CHASSIS.radius_mm),
@@ -70,8 +70,8 @@ pub static CONTROL: ControlRules = {
         blame: Blame::Own,
         coverage: CoverageConfig {
             rangefinders: [ahead, none, none, none, none, ahead],
-            scanner: Signal::lit("0.8"),
-            least: Signal::lit("0.601"),
+            scanner: Effort::lit("0.8"),
+            least: Effort::lit("0.601"),
         },
         limits: Limits {
             full_speed_mm_s: CHASSIS.full_speed_mm_s,
@@ -93,7 +93,7 @@ const fn ramp(corners: [(u32, i32); 4]) -> Ramp {
     const fn corner((mm, height): (u32, i32)) -> Corner {
         Corner {
             at: Millimeters::new(mm),
-            height: Signal::from_bits(height << (Signal::FRAC_NBITS - 4)),
+            height: Effort::from_bits(height << (Effort::FRAC_NBITS - 4)),
         }
     }
     let [a, b, c, d] = corners;

@@ -3,8 +3,8 @@
 use super::rules::{GOAL, OBSTACLE, SIDES_DEG, SIGHT};
 use crate::smart_car::{HEADS, RANGERS};
 use certainty_control::{
-    BEAMS, Command, ControlRules, Controller, Dated, Failure, Failures, PerBeam, Signal, Situation,
-    beam_bearing, beam_in_map,
+    BEAMS, Command, ControlInput, ControlRules, Controller, Effort, Failure, Failures, PerBeam,
+    Stamped, beam_bearing, beam_in_map,
 };
 use certainty_core::fusion::{CertaintyGrid, Environment};
 use certainty_core::health::{Health, HealthRules};
@@ -13,7 +13,7 @@ use certainty_core::units::{BinaryAngle, Pose, Ticks};
 
 /// A fixed ranger, as control hears it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in crate::smart_car) struct Eye<'a> {
+pub(in crate::smart_car) struct RangerInput<'a> {
     pub(in crate::smart_car) reading: Reading,
     /// When it measured.
     pub(in crate::smart_car) measured: Ticks,
@@ -21,17 +21,17 @@ pub(in crate::smart_car) struct Eye<'a> {
 }
 
 /// A round's senses, besides the map.
-pub(super) struct Seen<'a> {
+pub(super) struct ControlInputs<'a> {
     pub(super) now: Ticks,
     /// Where the car is when it does what is decided.
     pub(super) pose: Pose,
     /// Which heads said nothing in this round, the first on the right.
     pub(super) silent: &'a [bool; HEADS as usize],
     /// The first on the right.
-    pub(super) rangers: &'a [Eye<'a>; RANGERS as usize],
+    pub(super) rangers: &'a [RangerInput<'a>; RANGERS as usize],
 }
 
-impl Seen<'_> {
+impl ControlInputs<'_> {
     /// Lets `controller` decide.
     ///
     /// What its beams meet in the map is the scanner of \[004\]; the rangers are its rangefinders 1, on the
@@ -46,17 +46,17 @@ impl Seen<'_> {
         let aside = |degrees: i32| {
             let aside = BinaryAngle::from_millidegrees(degrees.wrapping_mul(1000));
             let along = Pose::new(self.pose.at, self.pose.heading.wrapping_add(aside));
-            Dated {
+            Stamped {
                 what: beam_in_map(map, along, SIGHT, OBSTACLE),
                 at: self.now,
             }
         };
         let [second, third] = SIDES_DEG;
-        let [right, left] = self.rangers.map(|ranger| Dated {
+        let [right, left] = self.rangers.map(|ranger| Stamped {
             what: ranger.reading,
             at: ranger.measured,
         });
-        controller.step(&Situation {
+        controller.step(&ControlInput {
             now: self.now,
             pose: self.pose,
             goal: GOAL,
@@ -68,7 +68,7 @@ impl Seen<'_> {
                 aside(second.wrapping_neg()),
                 right,
             ],
-            scan: Dated {
+            scan: Stamped {
                 what: &scan,
                 at: self.now,
             },
@@ -87,7 +87,7 @@ impl Seen<'_> {
     fn failures<G: CertaintyGrid>(&self, map: &Environment<'_, G>) -> Failures {
         const LIMITS: HealthRules = HealthRules::DEFAULT;
         let heads = map.sensors().zip(self.silent);
-        let sum = heads.fold(Signal::ZERO, |sum, ((_, health), &silent)| {
+        let sum = heads.fold(Effort::ZERO, |sum, ((_, health), &silent)| {
             let failure = if silent {
                 Failure::TOTAL
             } else {
@@ -95,7 +95,7 @@ impl Seen<'_> {
             };
             sum.saturating_add(failure.part())
         });
-        let mean = sum.checked_div_int(HEADS.into()).unwrap_or(Signal::ONE);
+        let mean = sum.checked_div_int(HEADS.into()).unwrap_or(Effort::ONE);
         let [right, left] = self
             .rangers
             .map(|ranger| Failure::of_health(ranger.health, &LIMITS));
@@ -153,8 +153,8 @@ mod tests {
 
     const NOW: Ticks = Ticks::new(1000);
 
-    fn eye(health: &Health) -> Eye<'_> {
-        Eye {
+    fn eye(health: &Health) -> RangerInput<'_> {
+        RangerInput {
             reading: Reading::NoObject,
             measured: Ticks::new(900),
             health,
@@ -162,7 +162,7 @@ mod tests {
     }
 
     /// What fails with these heads silent, this confidence of all, and these rangers.
-    fn failures(silent: [bool; 3], confidence: u16, rangers: [Eye<'_>; 2]) -> Failures {
+    fn failures(silent: [bool; 3], confidence: u16, rangers: [RangerInput<'_>; 2]) -> Failures {
         failures_at(POSE, silent, confidence, rangers)
     }
 
@@ -171,11 +171,11 @@ mod tests {
         pose: Pose,
         silent: [bool; 3],
         confidence: u16,
-        rangers: [Eye<'_>; 2],
+        rangers: [RangerInput<'_>; 2],
     ) -> Failures {
         let grid = BayesGrid::try_new(SmartCarShape, Strength::UNLIMITED, [0; CELLS]).unwrap();
         let health = [Health::new(Confidence::from_bits(confidence)); SENSORS as usize];
-        let seen = Seen {
+        let seen = ControlInputs {
             now: NOW,
             pose,
             silent: &silent,

@@ -1,7 +1,7 @@
 use super::*;
 use crate::remote::{Channel, Link, Refused, RemoteBoard, RemotePwm, Request};
 use crate::smart_car::{CELLS, SENSORS, SmartCarShape};
-use certainty_control::{BEAMS, Dated, Failure, Failures, Signal, Situation};
+use certainty_control::{BEAMS, ControlInput, Effort, Failure, Failures, Stamped};
 use certainty_core::fusion::{BayesGrid, Strength};
 use certainty_core::health::{Confidence, Health};
 use certainty_core::transducer::{Missing, Reading};
@@ -79,7 +79,7 @@ fn steer_with(
     } else {
         Reading::NoObject
     };
-    let eye = Eye {
+    let eye = RangerInput {
         reading,
         measured: at,
         health: &health[0],
@@ -100,8 +100,8 @@ fn going(line: &Line) -> Drive<RemoteBoard<'_, Line>> {
         steer(&mut car, round, false, Confidence::FULL);
         car.drive();
     }
-    assert_eq!(car.report().conduct, Conduct::Going);
-    assert_ne!(car.thrust, Thrust::NONE);
+    assert_eq!(car.report().conduct, DriveState::Going);
+    assert_ne!(car.thrust, MotorPulses::NONE);
     line.take();
     car
 }
@@ -114,7 +114,7 @@ fn it_stands_and_looks_around_for_a_sweep() {
         steer(&mut car, round, false, Confidence::FULL);
         car.drive();
         assert_eq!(line.take(), STANDS, "round {round}");
-        assert_eq!(car.report().conduct, Conduct::Looking);
+        assert_eq!(car.report().conduct, DriveState::Looking);
     }
     assert_eq!(car.looks_from(), POSE);
 }
@@ -130,12 +130,12 @@ fn a_round_in_which_two_heads_are_silent_is_no_look_around() {
         for round in rounds {
             steer_with(&mut car, round, silent, Confidence::FULL);
             car.drive();
-            assert_eq!(car.report().conduct, Conduct::Looking, "round {round}");
+            assert_eq!(car.report().conduct, DriveState::Looking, "round {round}");
         }
     }
     steer(&mut car, 67, false, Confidence::FULL);
     car.drive();
-    assert_eq!(car.report().conduct, Conduct::Going);
+    assert_eq!(car.report().conduct, DriveState::Going);
 }
 
 #[test]
@@ -161,7 +161,7 @@ fn a_round_without_a_decision_tells_the_motors_to_stand() {
     let mut car = going(&line);
     car.drive();
     assert_eq!(line.take(), STANDS);
-    assert_eq!(car.report().conduct, Conduct::Late);
+    assert_eq!(car.report().conduct, DriveState::Late);
     // What was told before took it a round further, and from now on it stands.
     let there = car.looks_from();
     car.drive();
@@ -176,16 +176,16 @@ fn a_slot_that_is_skipped_makes_it_stand_for_two_rounds() {
     car.falter();
     car.drive();
     assert_eq!(line.take(), STANDS);
-    assert_eq!(car.report().conduct, Conduct::Late);
+    assert_eq!(car.report().conduct, DriveState::Late);
     // It starts anew: the first decision knows of no time that has passed, in which it could get faster.
     steer(&mut car, LOOK_AROUND + 4, false, Confidence::FULL);
     car.drive();
-    assert_eq!(car.report().conduct, Conduct::Going);
+    assert_eq!(car.report().conduct, DriveState::Going);
     assert_eq!(line.take(), STANDS);
     steer(&mut car, LOOK_AROUND + 5, false, Confidence::FULL);
     car.drive();
-    assert_eq!(car.report().conduct, Conduct::Going);
-    assert_ne!(car.thrust, Thrust::NONE);
+    assert_eq!(car.report().conduct, DriveState::Going);
+    assert_ne!(car.thrust, MotorPulses::NONE);
 }
 
 #[test]
@@ -197,13 +197,13 @@ fn a_motor_that_refuses_makes_the_other_stand() {
         steer(&mut car, LOOK_AROUND + 3, false, Confidence::FULL);
         car.drive();
         assert_eq!(line.take().last(), Some(&(other, 1_500)));
-        assert_eq!(car.report().conduct, Conduct::Refused);
+        assert_eq!(car.report().conduct, DriveState::Refused);
         let there = car.looks_from();
         car.drive();
         assert_eq!(car.looks_from(), there, "it is not reckoned to move");
         // Where its pulses took it meanwhile nobody knows, so it does not go on when it hears again.
         line.deaf.set(None);
-        stands_for_good(&mut car, &line, Conduct::Lost);
+        stands_for_good(&mut car, &line, DriveState::Lost);
     }
 }
 
@@ -216,13 +216,13 @@ fn a_motor_that_refuses_when_the_car_begins_to_move_makes_it_lost() {
         car.drive();
         steer(&mut car, LOOK_AROUND + 4, false, Confidence::FULL);
         car.drive();
-        assert_eq!(car.thrust, Thrust::NONE);
+        assert_eq!(car.thrust, MotorPulses::NONE);
         line.deaf.set(Some(deaf));
         steer(&mut car, LOOK_AROUND + 5, false, Confidence::FULL);
         car.drive();
-        assert_eq!(car.report().conduct, Conduct::Refused);
+        assert_eq!(car.report().conduct, DriveState::Refused);
         line.deaf.set(None);
-        stands_for_good(&mut car, &line, Conduct::Lost);
+        stands_for_good(&mut car, &line, DriveState::Lost);
     }
 }
 
@@ -234,19 +234,19 @@ fn a_motor_that_refuses_to_stand_while_it_stands_costs_nothing_but_time() {
     for round in 0..20 {
         steer(&mut car, round, false, Confidence::FULL);
         car.drive();
-        assert_eq!(car.report().conduct, Conduct::Refused);
+        assert_eq!(car.report().conduct, DriveState::Refused);
     }
     line.deaf.set(None);
     for round in 20..LOOK_AROUND + 3 {
         steer(&mut car, round, false, Confidence::FULL);
         car.drive();
     }
-    assert_eq!(car.report().conduct, Conduct::Going);
-    assert_ne!(car.thrust, Thrust::NONE);
+    assert_eq!(car.report().conduct, DriveState::Going);
+    assert_ne!(car.thrust, MotorPulses::NONE);
 }
 
 /// Steers a few rounds more and sees it stand, for this reason.
-fn stands_for_good(car: &mut Drive<RemoteBoard<'_, Line>>, line: &Line, why: Conduct) {
+fn stands_for_good(car: &mut Drive<RemoteBoard<'_, Line>>, line: &Line, why: DriveState) {
     for round in LOOK_AROUND + 5..LOOK_AROUND + 9 {
         line.take();
         steer(car, round, false, Confidence::FULL);
@@ -263,8 +263,8 @@ fn a_car_that_moved_and_was_told_late_is_lost_and_stands_for_good() {
     steer(&mut car, LOOK_AROUND + 3, false, Confidence::FULL);
     car.drive_late();
     assert_eq!(line.take(), STANDS);
-    assert_eq!(car.report().conduct, Conduct::Lost);
-    stands_for_good(&mut car, &line, Conduct::Lost);
+    assert_eq!(car.report().conduct, DriveState::Lost);
+    stands_for_good(&mut car, &line, DriveState::Lost);
 }
 
 #[test]
@@ -275,7 +275,7 @@ fn a_car_that_started_by_itself_stands_until_it_is_started_by_hand() {
         steer(&mut car, round, false, Confidence::FULL);
         car.drive();
         assert_eq!(line.take(), STANDS, "round {round}");
-        assert_eq!(car.report().conduct, Conduct::Restarted);
+        assert_eq!(car.report().conduct, DriveState::Restarted);
     }
     assert_eq!(car.looks_from(), POSE);
 }
@@ -286,12 +286,12 @@ fn a_car_that_stood_and_was_told_late_goes_on() {
     let mut car = car(&line);
     steer(&mut car, 3, false, Confidence::FULL);
     car.drive_late();
-    assert_eq!(car.report().conduct, Conduct::Late);
+    assert_eq!(car.report().conduct, DriveState::Late);
     for round in 4..LOOK_AROUND + 6 {
         steer(&mut car, round, false, Confidence::FULL);
         car.drive();
     }
-    assert_eq!(car.report().conduct, Conduct::Going);
+    assert_eq!(car.report().conduct, DriveState::Going);
 }
 
 #[test]
@@ -303,7 +303,7 @@ fn without_senses_it_stands() {
         steer(&mut car, LOOK_AROUND + 3, silent, confidence);
         car.drive();
         assert_eq!(line.take(), STANDS);
-        assert_eq!(car.report().conduct, Conduct::Blind);
+        assert_eq!(car.report().conduct, DriveState::Blind);
     }
 }
 
@@ -312,14 +312,14 @@ fn at_its_goal_it_stands() {
     let line = Line::default();
     let mut car = going(&line);
     car.began = Odometer::new(Pose::new(GOAL, POSE.heading));
-    car.thrust = Thrust::NONE;
+    car.thrust = MotorPulses::NONE;
     for round in LOOK_AROUND + 3..LOOK_AROUND + 6 {
         steer(&mut car, round, false, Confidence::FULL);
         car.drive();
     }
     assert_eq!(line.take()[2..], [STANDS, STANDS].concat());
     let report = car.report();
-    assert_eq!(report.conduct, Conduct::Arrived);
+    assert_eq!(report.conduct, DriveState::Arrived);
     assert_eq!((report.to_goal.get(), report.pose.at), (0, GOAL));
     assert_eq!(GOAL, Point::from_mm(-300, 700));
 }
@@ -329,32 +329,32 @@ fn at_its_goal_it_stands() {
 #[test]
 fn it_never_drives_into_a_map_that_it_half_believes() {
     for part in 0..=64 {
-        let failed = Failure::new_saturating(Signal::from_num(part) / 64);
+        let failed = Failure::new_saturating(Effort::from_num(part) / 64);
         let mut controller = Controller::new(&CONTROL, Side::Left);
         let near = Reading::Echo(Millimeters::new(120));
         let scan = [near; BEAMS];
         for round in 0..4 {
             let now = Ticks::new(round * 800);
-            let dated = |what| Dated { what, at: now };
+            let dated = |what| Stamped { what, at: now };
             let sides = [Reading::NoObject, near, near, near, near, Reading::NoObject];
             let mut failures = Failures {
                 rangefinders: [failed; 6],
                 scanner: failed,
             };
             (failures.rangefinders[0], failures.rangefinders[5]) = (Failure::NONE, Failure::NONE);
-            let command = controller.step(&Situation {
+            let command = controller.step(&ControlInput {
                 now,
                 pose: POSE,
                 goal: GOAL,
                 rangefinders: sides.map(dated),
-                scan: Dated {
+                scan: Stamped {
                     what: &scan,
                     at: now,
                 },
                 failures,
             });
             let Wheels { right, left } = command.wheels;
-            assert!(right + left <= Signal::ZERO, "{part}/64: {command:?}");
+            assert!(right + left <= Effort::ZERO, "{part}/64: {command:?}");
         }
     }
 }

@@ -6,7 +6,7 @@ mod map;
 
 use super::*;
 use crate::smart_car::{CELLS, SmartCarShape};
-use certainty_control::{Caution, Signal, Wheels};
+use certainty_control::{Effort, SpeedLimit, Wheels};
 use certainty_core::certainty::Certainty;
 use certainty_core::fusion::{Cell, CertaintyGrid, Environment, Geometry, Measurement, Shape};
 use certainty_core::health::{Confidence, Health, Status};
@@ -212,23 +212,23 @@ fn map_parts() -> impl Strategy<Value = MapPart> {
 
 fn drives() -> impl Strategy<Value = Drive> {
     let conduct = prop::sample::select(vec![
-        Conduct::Looking,
-        Conduct::from(Caution::None),
-        Conduct::from(Caution::Arrived),
-        Conduct::from(Caution::Slowed),
-        Conduct::from(Caution::Blind),
-        Conduct::from(Caution::NoWay),
-        Conduct::Late,
-        Conduct::Refused,
-        Conduct::Lost,
-        Conduct::Restarted,
+        DriveState::Looking,
+        DriveState::from(SpeedLimit::None),
+        DriveState::from(SpeedLimit::Arrived),
+        DriveState::from(SpeedLimit::Slowed),
+        DriveState::from(SpeedLimit::Blind),
+        DriveState::from(SpeedLimit::NoWay),
+        DriveState::Late,
+        DriveState::Refused,
+        DriveState::Lost,
+        DriveState::Restarted,
     ]);
     let numbers = any::<(i32, i32, u16, i32, i32, u32)>();
     (conduct, numbers).prop_map(|(conduct, (x, y, heading, right, left, to_goal))| Drive {
         pose: Pose::new(Point::from_mm(x, y), BinaryAngle::from_bits(heading)),
         wheels: Wheels {
-            right: Signal::from_bits(right),
-            left: Signal::from_bits(left),
+            right: Effort::from_bits(right),
+            left: Effort::from_bits(left),
         },
         conduct,
         to_goal: Millimeters::new(to_goal),

@@ -13,7 +13,7 @@ use certainty_core::units::Point;
 use certainty_sim::export::OutDir;
 use certainty_sim::fault::FaultSpec;
 use certainty_sim::quantity;
-use certainty_sim::robot::{Drive, HealthMode, Manner, MapSource, Memory, Outcome};
+use certainty_sim::robot::{Drive, HealthMode, MapSource, Memory, Outcome, PilotConfig};
 use clap::Args;
 use serde::Serialize;
 use std::io::{self, Write};
@@ -152,8 +152,8 @@ const fn blame_name(blame: Blame) -> &'static str {
     }
 }
 
-const fn manner(arguments: &Arguments) -> Manner {
-    Manner {
+const fn manner(arguments: &Arguments) -> PilotConfig {
+    PilotConfig {
         bold: arguments.bold,
         blame: arguments.blame,
         memory: arguments.memory,

@@ -4,7 +4,7 @@ use super::super::table::table;
 use super::Arguments;
 use certainty_sim::export::shown;
 use certainty_sim::quantity::Excerpt;
-use certainty_sim::robot::drive::{Event, Voice};
+use certainty_sim::robot::drive::{Event, EventSource};
 use certainty_sim::robot::{Drive, Memory, Outcome};
 
 /// What was compared, what happened, how well it went, and where the rest is.
@@ -63,8 +63,8 @@ fn happened(events: &[Event]) -> String {
     );
     for event in events.iter().take(MOST) {
         let voice = match event.what.voice() {
-            Voice::Truth => "truth",
-            Voice::Robot => "robot",
+            EventSource::Truth => "truth",
+            EventSource::Robot => "robot",
         };
         text += &format!("{:7.2} s  {voice}  {}\n", event.time_s, event.what);
     }

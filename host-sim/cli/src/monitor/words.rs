@@ -7,7 +7,7 @@ use certainty_core::fusion::Geometry;
 use certainty_core::transducer::{Finding, Missing, Reading};
 use certainty_core::units::{BinaryAngle, Pose};
 use certainty_firmware::telemetry::{
-    Conduct, Damage, Drive, Frame, Hello, MapPart, MapState, Report, Statistics, Tally,
+    Damage, Drive, DriveState, Frame, Hello, MapPart, MapState, Report, Statistics, Tally,
 };
 use certainty_sim::experiment::Truth;
 use certainty_sim::monitor::{Port, Session};
@@ -93,7 +93,7 @@ fn place(pose: &Pose) -> String {
 
 fn driven(drive: &Drive) -> String {
     let asks = match drive.conduct {
-        Conduct::Lost | Conduct::Restarted => ": start it by hand",
+        DriveState::Lost | DriveState::Restarted => ": start it by hand",
         _ => "",
     };
     format!(

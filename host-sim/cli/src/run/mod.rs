@@ -17,7 +17,7 @@ use certainty_sim::backend::{
     self, Backend, BackendError, Heard, MissingCounts, Ran, Received, Sizes,
 };
 use certainty_sim::bench::{Bench, BenchFault, BenchSetup};
-use certainty_sim::experiment::{Crew, Profile, Reference, Score};
+use certainty_sim::experiment::{Profile, Reference, Score, SensorSet};
 use certainty_sim::export::{OutDir, shown, write_grey_png};
 use certainty_sim::transducer::{Look, PerfectSensor};
 use certainty_sim::world::World;
@@ -161,7 +161,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let bench = Bench::new(BenchSetup {
         world: Arc::clone(&world),
-        crew: Crew::default(),
+        crew: SensorSet::default(),
         faults,
         seed: arguments.seed,
     });

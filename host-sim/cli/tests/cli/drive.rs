@@ -3,7 +3,7 @@
 use crate::support::program::command;
 use certainty_repro::drive_study::{Case, Study, Trial};
 use certainty_sim::robot::drive::{Event, Happening};
-use certainty_sim::robot::{Course, Drive, HealthMode, Manner, MapSource, Memory};
+use certainty_sim::robot::{Course, Drive, HealthMode, MapSource, Memory, PilotConfig};
 use certainty_tests::process::{Ran, keys, run};
 use core::time::Duration;
 use serde_json::Value;
@@ -329,9 +329,9 @@ fn trials(case: &Case, memory: Memory, worlds: u32) -> Vec<Trial> {
         seed: 7001,
         worlds,
         map: MapSource::Beams,
-        manner: Manner {
+        manner: PilotConfig {
             memory,
-            ..Manner::default()
+            ..PilotConfig::default()
         },
     };
     study.drive(case).unwrap()
@@ -478,7 +478,7 @@ fn while_all_are_sound_hardly_any_run_accuses_anybody() {
             faults: Vec::new(),
             health: HealthMode::Diagnosed,
             map: MapSource::Beams,
-            manner: Manner::default(),
+            manner: PilotConfig::default(),
             seed,
         };
         let outcome = drive.run().unwrap();

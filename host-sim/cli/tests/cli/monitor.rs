@@ -2,7 +2,7 @@
 
 use crate::support::input::{certainty, folder_with};
 use crate::support::program::command;
-use certainty_control::{Signal, Wheels};
+use certainty_control::{Effort, Wheels};
 use certainty_core::certainty::Certainty;
 use certainty_core::fusion::{BayesGrid, CertaintyGrid, Environment, Measurement, Shape, Strength};
 use certainty_core::health::Health;
@@ -11,7 +11,7 @@ use certainty_core::transducer::{Finding, Missing, Reading};
 use certainty_core::units::{BinaryAngle, Millimeters, Ticks};
 use certainty_firmware::smart_car::{CELLS, POSE, SENSORS, SmartCarShape};
 use certainty_firmware::telemetry::{
-    Conduct, Drive, Encoder, FRAME, Head, Hello, Outbox, Ranger, Report, Reporter, Statistics,
+    Drive, DriveState, Encoder, FRAME, Head, Hello, Outbox, Ranger, Report, Reporter, Statistics,
 };
 use certainty_tests::process::{PATIENCE, Ran, keys, run, wait};
 use serde_json::Value;
@@ -420,10 +420,10 @@ fn how_the_robot_drives_is_told_in_words_and_in_json() {
     let drive = Drive {
         pose: POSE,
         wheels: Wheels {
-            right: Signal::lit("0.75"),
-            left: Signal::lit("-0.25"),
+            right: Effort::lit("0.75"),
+            left: Effort::lit("-0.25"),
         },
-        conduct: Conduct::Slowed,
+        conduct: DriveState::Slowed,
         to_goal: Millimeters::new(1234),
     };
     let mut frame = [0; FRAME];
@@ -451,9 +451,9 @@ fn how_the_robot_drives_is_told_in_words_and_in_json() {
 #[test]
 fn that_it_stands_until_it_is_started_by_hand_is_told() {
     for (conduct, words) in [
-        (Conduct::Lost, "lost: start it by hand"),
-        (Conduct::Restarted, "restarted: start it by hand"),
-        (Conduct::Late, "late"),
+        (DriveState::Lost, "lost: start it by hand"),
+        (DriveState::Restarted, "restarted: start it by hand"),
+        (DriveState::Late, "late"),
     ] {
         let report = Report::Drive(Drive {
             pose: POSE,

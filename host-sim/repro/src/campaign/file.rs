@@ -13,7 +13,7 @@
 //! Every key may be left out and then means all that is shown.
 
 use super::Selection;
-use certainty_sim::experiment::Crew;
+use certainty_sim::experiment::SensorSet;
 use certainty_sim::fault::Times;
 use certainty_sim::toml_file::{self, TomlError, TomlFile};
 use core::fmt::Display;
@@ -79,11 +79,16 @@ impl Selection {
         let all = Self::default();
         let written: ScenarioFile = file.parse()?;
         let key = |name| Key { file, name };
-        let most_faulty = (Crew::MOST as u32 - 1) / 2;
+        let most_faulty = (SensorSet::MOST as u32 - 1) / 2;
         let selection = Self {
             faults: key("faults").texts(written.faults, all.faults)?,
             rates: key("rates").numbers(written.rates, all.rates, 1, Times::MOST)?,
-            sensors: key("sensors").numbers(written.sensors, all.sensors, 1, Crew::MOST as u32)?,
+            sensors: key("sensors").numbers(
+                written.sensors,
+                all.sensors,
+                1,
+                SensorSet::MOST as u32,
+            )?,
             overlaps: key("overlap").texts(written.overlap, all.overlaps)?,
             sweeps: key("sweeps").numbers(written.sweeps, all.sweeps, 1, MOST_SWEEPS)?,
             faulty: key("faulty").numbers(written.faulty, all.faulty, 1, most_faulty)?,

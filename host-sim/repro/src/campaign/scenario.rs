@@ -1,6 +1,6 @@
 //! One set-up of the campaign, and all of them.
 
-use certainty_sim::experiment::Overlap;
+use certainty_sim::experiment::SweepOverlap;
 use certainty_sim::fault::{Defect, Fault, FaultSpec, SpecError};
 use certainty_sim::fusion::Method;
 use core::fmt;
@@ -80,7 +80,7 @@ pub struct Scenario {
     /// How many sensors there are.
     pub sensors: u8,
     /// How much of the arc each sees.
-    pub overlap: Overlap,
+    pub overlap: SweepOverlap,
     /// How many sweeps the map is made of.
     pub sweeps: u32,
     /// How many sensors are faulty; which, is drawn anew in every world.
@@ -97,7 +97,7 @@ pub struct Selection {
     /// Numbers of sensors.
     pub sensors: Vec<u8>,
     /// Overlaps.
-    pub overlaps: Vec<Overlap>,
+    pub overlaps: Vec<SweepOverlap>,
     /// Numbers of sweeps.
     pub sweeps: Vec<u32>,
     /// Numbers of faulty sensors; those above ⌊(n − 1)/2⌋ of n sensors, the fault hypothesis of
@@ -125,7 +125,7 @@ impl Default for Selection {
             faults: kinds.iter().filter_map(|kind| kind.parse().ok()).collect(),
             rates: vec![1, 4],
             sensors: vec![3, 4, 5, 7],
-            overlaps: vec![Overlap::Full, Overlap::Partial],
+            overlaps: vec![SweepOverlap::Full, SweepOverlap::Partial],
             sweeps: vec![1, 4],
             faulty: vec![1, 2, 3],
             methods: Method::ALL.to_vec(),

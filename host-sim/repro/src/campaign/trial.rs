@@ -6,7 +6,7 @@ use certainty_core::health::Status;
 use certainty_core::sensor::SensorId;
 use certainty_core::units::Ticks;
 use certainty_sim::experiment::{
-    Crew, Length, Mounting, Rig, Run, STEP_MS, Score, Setup, SetupError,
+    HeadPlacement, Length, Run, STEP_MS, Score, SensorLayout, SensorSet, Setup, SetupError,
 };
 use certainty_sim::fault::{Defect, Fault, FaultSpec, SensorName, Times, Window};
 use certainty_sim::fusion::{FusionRules, Method};
@@ -16,7 +16,7 @@ use rand::seq::SliceRandom;
 use std::sync::Arc;
 
 /// Directions of a sweep: the shipped car's.
-const DIRECTIONS: u16 = Rig::SMART_CAR.directions();
+const DIRECTIONS: u16 = SensorLayout::SMART_CAR.directions();
 
 /// Sweeps during which the sensors are faulty in a health trial, and as many after they healed.
 pub const HEALTH_SWEEPS: u32 = 20;
@@ -60,12 +60,12 @@ impl Scenario {
         window: Window,
         fusion: &FusionRules,
     ) -> Result<Setup, TrialError> {
-        let rig = Rig::try_new(Mounting::Bumper, self.overlap, DIRECTIONS);
+        let rig = SensorLayout::try_new(HeadPlacement::Bumper, self.overlap, DIRECTIONS);
         let world = World::random(&Layout::default(), seed)?;
-        let crew = Crew::of_table_1(self.sensors.into());
+        let crew = SensorSet::of_table_1(self.sensors.into());
         let length = Length::Steps(steps);
         Ok(Setup {
-            rig: rig.unwrap_or(Rig::SMART_CAR),
+            rig: rig.unwrap_or(SensorLayout::SMART_CAR),
             faults: self.faults(seed, window),
             fusion: *fusion,
             ..Setup::smart_car(Arc::new(world), crew, length, seed)

@@ -135,7 +135,7 @@ fn recovery(count: Count) -> Recovery {
     Recovery {
         count,
         noise: Noise::Output,
-        crew: Crew::default(),
+        crew: SensorSet::default(),
         fusion: FusionRules::default(),
     }
 }
@@ -173,7 +173,7 @@ fn a_twin_has_the_same_draws() {
         let setup = Setup {
             rig: RIG,
             faults,
-            ..Setup::smart_car(world, Crew::default(), Length::Readings(600), 1)
+            ..Setup::smart_car(world, SensorSet::default(), Length::Readings(600), 1)
         };
         setup.run().unwrap().readings
     };
@@ -202,7 +202,7 @@ fn the_fault_ends_with_the_fiftieth_reading_for_either_count() {
         let setup = Setup {
             rig: RIG,
             faults: vec![recovery.fault().unwrap()],
-            ..Setup::smart_car(world, Crew::default(), length, 1)
+            ..Setup::smart_car(world, SensorSet::default(), length, 1)
         };
         let run = setup.run().unwrap();
         for (place, taken) in run.readings.iter().enumerate() {

@@ -2,7 +2,7 @@
 
 use super::{Choices, Oracles, Standard};
 use certainty_core::certainty::Certainty;
-use certainty_sim::experiment::{Crew, Run, Score, Scored};
+use certainty_sim::experiment::{Run, Score, Scored, SensorSet};
 use certainty_sim::fusion::{FusionRules, Landmarks, Method};
 use certainty_sim::transducer::stream::{Purpose, stream};
 use certainty_sim::world::World;
@@ -151,7 +151,7 @@ pub(super) fn in_one_layout(choices: &Choices, seeds: &mut impl Rng) -> [Run; CR
     let world = World::random(&choices.obstacles.layout(), seeds.next_u64());
     let world = Arc::new(world.expect("there is room for so few obstacles"));
     CREWS.map(|crew| {
-        let crew: Crew = crew.parse().expect("a crew of Table 1");
+        let crew: SensorSet = crew.parse().expect("a crew of Table 1");
         let setup = choices.setup(Arc::clone(&world), crew, seeds.next_u64());
         setup.run().expect("every crew has a sensor 2")
     })
@@ -238,7 +238,7 @@ mod tests {
     fn perfect_readings_fused_alike_are_no_distance_from_themselves() {
         let world = Arc::new(World::built_in());
         let run = Choices::PRIMARY
-            .setup(world, Crew::default(), 1)
+            .setup(world, SensorSet::default(), 1)
             .run()
             .unwrap();
         let perfect = run.of_perfect_sensors();
@@ -260,7 +260,7 @@ mod tests {
     #[test]
     fn the_floor_is_what_perfect_readings_come_to() {
         let world = Arc::new(World::built_in());
-        let run = Choices::PRIMARY.setup(world, Crew::default(), 1).run();
+        let run = Choices::PRIMARY.setup(world, SensorSet::default(), 1).run();
         let perfect = run.unwrap().of_perfect_sensors();
         let teller = Teller::new(Method::Robust, &Choices::PRIMARY);
         let mut total = Repetition {

@@ -1,9 +1,9 @@
 //! How much of the arc every sensor sweeps.
 
 use super::{Choices, Open};
-use certainty_sim::experiment::Overlap;
+use certainty_sim::experiment::SweepOverlap;
 
-impl Open for Overlap {
+impl Open for SweepOverlap {
     const NAME: &'static str = "coverage";
     const ALL: &'static [Self] = &[Self::Full, Self::Partial];
 

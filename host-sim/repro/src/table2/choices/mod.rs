@@ -28,7 +28,9 @@ pub use standard::Standard;
 pub use sweeps::Sweeps;
 
 use certainty_core::fusion::{Behind, Middle};
-use certainty_sim::experiment::{Crew, Length, Mounting, Overlap, Profile, Rig, Scored, Setup};
+use certainty_sim::experiment::{
+    HeadPlacement, Length, Profile, Scored, SensorLayout, SensorSet, Setup, SweepOverlap,
+};
 use certainty_sim::fusion::{FusionRules, Own};
 use certainty_sim::world::World;
 use std::collections::BTreeMap;
@@ -68,9 +70,9 @@ pub struct Choices {
     /// What stands around the car.
     pub obstacles: Obstacles,
     /// Where the sensors sit.
-    pub mounting: Mounting,
+    pub mounting: HeadPlacement,
     /// How much of the arc every sensor sweeps.
-    pub coverage: Overlap,
+    pub coverage: SweepOverlap,
     /// Whether a sensor is broken for good.
     pub fault: Permanent,
     /// What Table 1 calls accuracy.
@@ -98,8 +100,8 @@ impl Choices {
     pub const PRIMARY: Self = Self {
         sweeps: Sweeps::D13S1L10,
         obstacles: Obstacles::Scattered,
-        mounting: Mounting::Bumper,
-        coverage: Overlap::Full,
+        mounting: HeadPlacement::Bumper,
+        coverage: SweepOverlap::Full,
         fault: Permanent::None,
         accuracy: Accuracy::Deviation,
         false_distances: FalseDistances::FarHalf,
@@ -114,7 +116,7 @@ impl Choices {
 
     /// Returns one run of the evaluation: a crew in a world.
     #[must_use]
-    pub fn setup(&self, world: Arc<World>, crew: Crew, seed: u64) -> Setup {
+    pub fn setup(&self, world: Arc<World>, crew: SensorSet, seed: u64) -> Setup {
         let (from, to) = self.false_distances.part();
         let crew = crew.with_models(|printed| {
             let read = printed.with_accuracy_of(self.accuracy.deviations());
@@ -122,10 +124,10 @@ impl Choices {
             read.unwrap_or(printed) // neither is ever what is refused
         });
         let directions = self.sweeps.directions();
-        let rig = Rig::try_new(self.mounting, self.coverage, directions);
+        let rig = SensorLayout::try_new(self.mounting, self.coverage, directions);
         let steps = Length::Steps(u32::from(directions) * self.sweeps.sweeps());
         Setup {
-            rig: rig.unwrap_or(Rig::SMART_CAR), // so few directions are never refused
+            rig: rig.unwrap_or(SensorLayout::SMART_CAR), // so few directions are never refused
             profile: Profile {
                 spread: self.spread.deviations(),
                 behind: self.behind,
@@ -253,8 +255,8 @@ impl Choice {
 pub const CHOICES: [Choice; 14] = [
     Choice::of::<Sweeps>(),
     Choice::of::<Obstacles>(),
-    Choice::of::<Mounting>(),
-    Choice::of::<Overlap>(),
+    Choice::of::<HeadPlacement>(),
+    Choice::of::<SweepOverlap>(),
     Choice::of::<Permanent>(),
     Choice::of::<Accuracy>(),
     Choice::of::<FalseDistances>(),

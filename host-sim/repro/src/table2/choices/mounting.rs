@@ -1,9 +1,9 @@
 //! Where the sensors sit.
 
 use super::{Choices, Open};
-use certainty_sim::experiment::Mounting;
+use certainty_sim::experiment::HeadPlacement;
 
-impl Open for Mounting {
+impl Open for HeadPlacement {
     const NAME: &'static str = "mounting";
     const ALL: &'static [Self] = &[Self::Bumper, Self::OnePoint];
 
