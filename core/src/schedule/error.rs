@@ -1,8 +1,11 @@
 //! Why a schedule was refused.
 
-use super::{Activity, MAX_STEPS};
+use super::round::Activity;
 use crate::sensor::SensorId;
 use core::fmt;
+
+/// Most rounds after which two sweeps may begin anew, if their sensors measure at the same time.
+pub const MAX_STEPS: u32 = u16::MAX as u32;
 
 /// Why a schedule was refused; slots are counted from 0, times are in ms after the round's start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

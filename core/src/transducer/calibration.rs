@@ -1,6 +1,6 @@
 //! From the byte of a triangulating infrared sensor to millimetres.
 
-use super::Reading;
+use super::reading::Reading;
 use crate::units::Millimeters;
 use core::fmt;
 use fixed::types::U8F8;

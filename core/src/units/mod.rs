@@ -4,13 +4,11 @@
 //! passed for a distance. All are integers: the same bits come out on every machine.
 
 mod angle;
-mod atan;
 mod length;
 mod place;
 mod ticks;
 
-pub use angle::fine_sine_q30;
-pub use angle::{BinaryAngle, Direction};
+pub use angle::{BinaryAngle, Direction, fine_sine_q30};
 pub use length::Millimeters;
 pub use place::{Point, Pose};
 pub use ticks::Ticks;

@@ -1,6 +1,7 @@
 //! Places on the plane and the poses of what moves there.
 
-use super::{BinaryAngle, Direction, Millimeters};
+use super::angle::{BinaryAngle, Direction};
+use super::length::Millimeters;
 use crate::narrow::saturating_i32;
 
 /// A place on the plane: the square millimetre whose lower left corner is (x, y).

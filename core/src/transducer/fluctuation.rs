@@ -1,6 +1,7 @@
 //! Telling *no object* from an echo by repeated looks.
 
-use crate::transducer::{Calibration, Reading};
+use super::calibration::Calibration;
+use super::reading::Reading;
 
 /// Repeated looks of an infrared sensor in one direction (\[001\] §6.1).
 ///
@@ -146,7 +147,7 @@ impl<const LOOKS: usize> Fluctuation<LOOKS> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::transducer::{Calibration, Missing};
+    use crate::transducer::Missing;
     use crate::units::Millimeters;
     use fixed::types::U8F8;
     use proptest::prelude::*;
