@@ -9,6 +9,8 @@ use fixed::types::U0F8;
 /// 128 steps below *uncertain* and 127 above it, so [`Self::deviation`] reaches −128 and +127.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(transparent))]
 pub struct Certainty(u8);
 
 impl Certainty {

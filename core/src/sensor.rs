@@ -8,6 +8,8 @@ use core::num::NonZeroU8;
 /// An `Option<SensorId>` takes one byte, and its byte is the paper's `cell.owner`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(transparent))]
 pub struct SensorId(NonZeroU8);
 
 impl SensorId {

@@ -9,6 +9,8 @@ use fixed::types::U0F16;
 /// Units and range: steps of 2^-16, 0 to 65535; the largest, 0.99998, stands for 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(transparent))]
 pub struct Confidence(u16);
 
 impl Confidence {

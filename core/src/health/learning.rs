@@ -10,6 +10,7 @@ use fixed::types::U0F16;
 /// overlook what is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Claim {
     /// There is something.
     Occupied,
@@ -99,6 +100,7 @@ pub struct Learning {
 /// How far a sensor is believed, word by word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Beliefs {
     pub(super) occupied: Confidence,
     pub(super) free: Confidence,

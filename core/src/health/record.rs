@@ -12,6 +12,7 @@ use crate::units::Ticks;
 /// Memory: 32 bytes a sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Health {
     confirmations: u32,
     contradictions: u32,

@@ -9,6 +9,7 @@ use core::fmt;
 /// one, and a sensor that did not answer says nothing about the world.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Reading {
     /// The nearest object in the beam is this far away.
     Echo(Millimeters),
@@ -23,6 +24,7 @@ pub enum Reading {
 /// Why a measurement is missing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Missing {
     /// The sensor did not answer in time.
     Timeout,

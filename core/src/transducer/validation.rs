@@ -15,6 +15,7 @@ use core::fmt;
 /// What a [`Validator`] thinks of a reading.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Finding {
     /// Nothing speaks against it.
     Plausible,
@@ -56,6 +57,7 @@ impl fmt::Display for Finding {
 /// A reading with what was found; what the fusion level is told.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[must_use]
 pub struct Validated {
     /// The reading as it goes on.
@@ -67,6 +69,8 @@ pub struct Validated {
 /// How often each finding was made; saturates at 65,535.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(transparent))]
 pub struct FindingCounts([u16; Finding::ALL.len()]);
 
 impl FindingCounts {

@@ -7,6 +7,8 @@ use crate::narrow::{saturating_i32, wrapping_u16, wrapping_u32};
 /// Units and range: one step is 0.0055°; addition wraps at the full turn, which is what angles do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(transparent))]
 pub struct BinaryAngle(u16);
 
 /// Taylor coefficients of sin(z·π/2), in Q30: (−1)^k · (π/2)^(2k+1) / (2k+1)! for k = 0..=6.

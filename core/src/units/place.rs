@@ -13,6 +13,11 @@ use crate::narrow::saturating_i32;
 /// saturates), so that products of two distances fit 64 bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(try_from = "Coordinates", into = "Coordinates")
+)]
 pub struct Point {
     x: i32,
     y: i32,
@@ -99,6 +104,40 @@ impl Point {
     }
 }
 
+/// A [`Point`] as it is serialised: its coordinates in millimetres.
+#[cfg(feature = "serde")]
+#[derive(serde::Serialize, serde::Deserialize)]
+struct Coordinates {
+    x_mm: i32,
+    y_mm: i32,
+}
+
+#[cfg(feature = "serde")]
+impl From<Point> for Coordinates {
+    fn from(point: Point) -> Self {
+        Self {
+            x_mm: point.x,
+            y_mm: point.y,
+        }
+    }
+}
+
+#[cfg(feature = "serde")]
+impl TryFrom<Coordinates> for Point {
+    type Error = &'static str;
+
+    /// Refuses coordinates beyond [`Point::LIMIT`], which [`Point::from_mm`] would change.
+    fn try_from(coordinates: Coordinates) -> Result<Self, Self::Error> {
+        let Coordinates { x_mm, y_mm } = coordinates;
+        let point = Self::from_mm(x_mm, y_mm);
+        if (point.x, point.y) == (x_mm, y_mm) {
+            Ok(point)
+        } else {
+            Err("a coordinate is beyond 268435456 mm")
+        }
+    }
+}
+
 /// One half in the fraction of a [`Direction`].
 const HALF: i64 = 1 << (Direction::FRACTION_BITS - 1);
 
@@ -131,6 +170,7 @@ const fn limited(mm: i64) -> i32 {
 /// robot's pose is one in the map's frame; [`Pose::compose`] chains them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Pose {
     /// The place.
     pub at: Point,

@@ -5,6 +5,8 @@
 /// Ages are taken modulo the wrap, so they are right as long as they are under 24 days.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(transparent))]
 pub struct Ticks(u32);
 
 impl Ticks {
