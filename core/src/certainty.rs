@@ -1,9 +1,9 @@
-//! The 8-bit belief that a place is occupied.
+//! The 8-bit probability that a place is occupied.
 
 use core::fmt;
 use fixed::types::U0F8;
 
-/// The belief that a cell is occupied, in steps of 1/256.
+/// The probability that a cell is occupied, in steps of 1/256.
 ///
 /// The landmarks are those of \[001\] §6.1: 0 is *free*, 128 *uncertain*, 255 *occupied*. There are
 /// 128 steps below *uncertain* and 127 above it, so [`Self::deviation`] reaches −128 and +127.
@@ -14,11 +14,11 @@ use fixed::types::U0F8;
 pub struct Certainty(u8);
 
 impl Certainty {
-    /// Surely no obstacle.
+    /// Certainly no obstacle.
     pub const FREE: Self = Self(0);
     /// Nothing is known: the maximum-entropy assumption of \[001\] §2.
     pub const UNCERTAIN: Self = Self(128);
-    /// Surely an obstacle.
+    /// Certainly an obstacle.
     pub const OCCUPIED: Self = Self(255);
 
     /// Creates a certainty from the byte that a cell stores.

@@ -1,88 +1,65 @@
-//! Conversions to fewer bits, each named for what it does with the rest.
-//!
-//! `TryFrom` is not `const`, and `as` does not say what it means; these do, in one place.
+//! Conversions to narrower integers for `const fn`, where `TryFrom` cannot be called.
 #![expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
-    reason = "dropping bits is what these functions are named for"
+    reason = "each function says what it does with the bits that do not fit"
 )]
 
-/// The low 8 bits.
-#[must_use]
-pub const fn wrapping_u8(value: u32) -> u8 {
-    value as u8
+macro_rules! wrapping {
+    ($($name:ident: $wide:ty => $narrow:ty;)*) => {$(
+        #[doc = concat!("Returns the low bits as a `", stringify!($narrow), "`.")]
+        #[must_use]
+        pub const fn $name(value: $wide) -> $narrow {
+            value as $narrow
+        }
+    )*};
 }
 
-/// The low 16 bits.
-#[must_use]
-pub const fn wrapping_u16(value: u32) -> u16 {
-    value as u16
+macro_rules! saturating {
+    ($($name:ident: $wide:ty => $narrow:ty;)*) => {$(
+        #[doc = concat!("Returns the nearest `", stringify!($narrow), "`.")]
+        #[must_use]
+        pub const fn $name(value: $wide) -> $narrow {
+            if value > <$narrow>::MAX as $wide {
+                <$narrow>::MAX
+            } else if value < <$narrow>::MIN as $wide {
+                <$narrow>::MIN
+            } else {
+                value as $narrow
+            }
+        }
+    )*};
 }
 
-/// The low 32 bits.
-#[must_use]
-pub const fn wrapping_u32(value: i64) -> u32 {
-    value as u32
+wrapping! {
+    wrapping_u8: u32 => u8;
+    wrapping_u16: u32 => u16;
+    wrapping_u32: i64 => u32;
+    low_u32: u64 => u32;
 }
 
-/// The low 32 bits.
-#[must_use]
-pub const fn low_u32(value: u64) -> u32 {
-    value as u32
+saturating! {
+    saturating_i8: i64 => i8;
+    saturating_i16: i32 => i16;
+    saturating_i32: i64 => i32;
 }
 
-/// The nearest value of 32 bits.
-#[must_use]
-pub const fn saturating_i32(value: i64) -> i32 {
-    if value > i32::MAX as i64 {
-        i32::MAX
-    } else if value < i32::MIN as i64 {
-        i32::MIN
-    } else {
-        value as i32
-    }
-}
-
-/// The nearest value of 16 bits.
-#[must_use]
-pub const fn saturating_i16(value: i32) -> i16 {
-    if value > i16::MAX as i32 {
-        i16::MAX
-    } else if value < i16::MIN as i32 {
-        i16::MIN
-    } else {
-        value as i16
-    }
-}
-
-/// The nearest value of 16 bits.
-#[must_use]
-pub const fn saturating_u16_of_u64(value: u64) -> u16 {
-    if value > u16::MAX as u64 {
-        u16::MAX
-    } else {
-        value as u16
-    }
-}
-
-/// The nearest value of 8 bits.
-#[must_use]
-pub const fn saturating_i8(value: i64) -> i8 {
-    if value > i8::MAX as i64 {
-        i8::MAX
-    } else if value < i8::MIN as i64 {
-        i8::MIN
-    } else {
-        value as i8
-    }
-}
-
-/// The nearest value of 8 bits.
+/// Returns the nearest `u8`.
 #[must_use]
 pub const fn saturating_u8(value: u64) -> u8 {
     if value > u8::MAX as u64 {
         u8::MAX
     } else {
         value as u8
+    }
+}
+
+/// Returns the nearest `u16`.
+#[must_use]
+pub const fn saturating_u16_of_u64(value: u64) -> u16 {
+    if value > u16::MAX as u64 {
+        u16::MAX
+    } else {
+        value as u16
     }
 }

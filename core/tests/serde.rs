@@ -29,7 +29,7 @@ fn newtypes_are_written_as_their_numbers() {
     assert_form(Ticks::new(7), "7", &[7]);
     assert_form(Certainty::OCCUPIED, "255", &[255]);
     assert_form(Confidence::FULL, "65535", &[0xFF, 0xFF, 0x03]);
-    assert_form(SensorId::new(255).unwrap(), "255", &[255]);
+    assert_form(SensorId::try_new(255).unwrap(), "255", &[255]);
 }
 
 #[test]

@@ -19,9 +19,9 @@ fn a_stuck_sensor_loses_health_and_leaves_the_map_alone() {
     let grid = BayesGrid::try_new(geometry, Strength::MEASUREMENT, [0_u8; 187]).unwrap();
     let mut mapper = Mapper::new(grid, [Health::default(); 1], HealthRules::DEFAULT);
     let model = BeamModel::try_new(BeamConfig::narrow(mm(800))).unwrap();
-    let sensor = SensorId::new(1).unwrap();
+    let sensor = SensorId::try_new(1).unwrap();
     let mut validator = Validator::new();
-    let patience = u32::from(HealthRules::DEFAULT.config().suspect_missing);
+    let patience = u32::from(HealthRules::SUSPECT_MISSING);
     for round in 0..u32::from(DIRECTIONS) + patience {
         let reading = Reading::Echo(mm(433)); // of the raw byte 90, in every direction
         let bearing = sweep.direction(round, 0, 1);

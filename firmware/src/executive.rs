@@ -229,7 +229,7 @@ mod tests {
     use core::cell::RefCell;
 
     /// Three reports in a round of 10 ms, at 0, 3 and 7.
-    static SCHEDULE: Schedule<3, 0> = match Schedule::try_new(ScheduleConfig {
+    static SCHEDULE: Schedule<3, 0> = Schedule::new(ScheduleConfig {
         period: 10,
         stale_after: 2000,
         apart: BinaryAngle::ZERO,
@@ -239,10 +239,7 @@ mod tests {
             Slot::new(7, 3, Activity::Report),
         ],
         stations: [],
-    }) {
-        Ok(schedule) => schedule,
-        Err(_) => panic!("refused"),
-    };
+    });
 
     /// A millisecond counter with its interrupt.
     struct Machine<'q> {

@@ -122,7 +122,7 @@ static SENT: LazyLock<(Vec<u8>, Vec<Vec<u8>>)> = LazyLock::new(|| {
     let mut reporter = Reporter::<_, CELLS>::try_new(Line(Vec::new()), hello, 3)
         .ok()
         .unwrap();
-    let sensor = SensorId::new(1).unwrap();
+    let sensor = SensorId::try_new(1).unwrap();
     let health = [Health::default(); SENSORS as usize];
     let mut maps = Vec::new();
     for round in 0..8 {

@@ -35,7 +35,7 @@ fn methods() -> impl Iterator<Item = (Method, FusionRules)> {
 }
 
 fn sensor(number: u8) -> SensorId {
-    SensorId::new(number).unwrap()
+    SensorId::try_new(number).unwrap()
 }
 
 fn narrow() -> BeamModel {
@@ -167,7 +167,7 @@ fn defect_2_too_near_and_missing_leave_the_map_as_it_is() {
 /// nav2's timeout is shared: one live sensor hides a dead one.
 #[test]
 fn defect_3_a_silent_sensor_is_noticed_beside_live_ones_and_recovers_by_itself() {
-    let patience = HealthRules::DEFAULT.config().stale_after;
+    let patience = HealthRules::DEFAULT.stale_after();
     for (method, rules) in methods() {
         let mut map = HostMapper::new(method, &rules, square(), 3);
         for number in 1..=3 {
@@ -191,7 +191,7 @@ fn defect_3_a_silent_sensor_is_noticed_beside_live_ones_and_recovers_by_itself()
         let expected = [Status::Healthy, Status::Failed, Status::Healthy];
         assert_eq!(statuses, expected, "{method}");
         // It speaks again, and is trusted when it has for a while.
-        let heard = u32::from(HealthRules::DEFAULT.config().healthy_heard);
+        let heard = u32::from(HealthRules::HEALTHY_RECEIVED);
         for spoken in 1..heard {
             take(&mut map, 2, echo(1050), now + spoken);
             assert_eq!(status(&map, 2), Status::Recovering, "{method}");
@@ -211,7 +211,7 @@ fn defect_3_that_all_sensors_are_silent_is_noticed_without_a_reading() {
     );
     let rules = HealthRules::DEFAULT;
     let mut mapper = Mapper::new(grid.unwrap(), [Health::default(); 3], rules);
-    let patience = rules.config().stale_after;
+    let patience = rules.stale_after();
     mapper.settle(Ticks::new(0));
     mapper.settle(Ticks::new(patience));
     assert_eq!(mapper.environment().count(Status::Healthy), 3);

@@ -4,7 +4,7 @@ use super::Effort;
 use super::braitenberg::{PerRangefinder, RANGEFINDERS};
 use super::histogram::{BEAMS, PerBeam};
 use super::motion::{HALF, scaled, share};
-use certainty_core::health::{Confidence, Health, HealthConfig, HealthRules, Status};
+use certainty_core::health::{Confidence, Health, HealthRules, Status};
 use certainty_core::narrow::low_u32;
 use certainty_core::transducer::Reading;
 
@@ -57,14 +57,14 @@ impl Failure {
         self.0.to_bits() >= HALF.to_bits()
     }
 
-    /// Returns what a sensor's health says of it, by the limits of `rules`.
+    /// Returns what a sensor's health says of it, by the limits of [`HealthRules`].
     ///
     /// Formula: *failed* or stale is 1; else 0 from the confidence of a healthy sensor upwards, 1 from
     /// that of a failed one downwards, linear between; a *recovering* sensor, which is not trusted yet, is
     /// at least half.
     #[must_use]
-    pub fn of_health(health: &Health, rules: &HealthRules) -> Self {
-        let doubt = Self::of_confidence(health.confidence(), rules.config());
+    pub fn of_health(health: &Health) -> Self {
+        let doubt = Self::of_confidence(health.confidence());
         match health.status() {
             _ if health.is_stale() => Self::TOTAL,
             Status::Failed => Self::TOTAL,
@@ -74,10 +74,10 @@ impl Failure {
     }
 
     /// The part of the way from a healthy to a failed confidence.
-    fn of_confidence(confidence: Confidence, config: &HealthConfig) -> Self {
-        let high = config.healthy_from.to_bits();
+    fn of_confidence(confidence: Confidence) -> Self {
+        let high = HealthRules::HEALTHY_FROM.to_bits();
         let below = high.saturating_sub(confidence.to_bits());
-        let span = high.saturating_sub(config.failed_below.to_bits());
+        let span = high.saturating_sub(HealthRules::FAILED_BELOW.to_bits());
         let wide = u64::from(below) << Effort::FRAC_NBITS;
         // At most 2^32 where the span is one step.
         let part = wide.checked_div(span.into()).unwrap_or(0);
@@ -116,17 +116,14 @@ impl Failures {
     /// Returns what the `health` of sensors 1 to 7 says, the scanner being number 7; a sensor that is
     /// not listed is sound.
     #[must_use]
-    pub fn of_health<'a>(
-        health: impl IntoIterator<Item = &'a Health>,
-        rules: &HealthRules,
-    ) -> Self {
+    pub fn of_health<'a>(health: impl IntoIterator<Item = &'a Health>) -> Self {
         let mut failures = Self::NONE;
         let all = failures
             .rangefinders
             .iter_mut()
             .chain([&mut failures.scanner]);
         for (failure, health) in all.zip(health) {
-            *failure = Failure::of_health(health, rules);
+            *failure = Failure::of_health(health);
         }
         failures
     }
@@ -193,32 +190,22 @@ mod tests {
     const SILENT: Reading = Reading::Missing(Missing::Timeout);
 
     fn part(health: &Health) -> f64 {
-        Failure::of_health(health, &HealthRules::DEFAULT)
-            .part()
-            .to_num()
+        Failure::of_health(health).part().to_num()
     }
 
     #[test]
     fn confidence_drives_the_failure_continuously() {
-        let config = HealthConfig {
-            healthy_from: Confidence::from_bits(3 << 14),
-            recovering_from: Confidence::from_bits(1 << 15),
-            suspect_below: Confidence::from_bits(1 << 15),
-            failed_below: Confidence::from_bits(1 << 14),
-            ..HealthConfig::DEFAULT
-        };
-        let rules = HealthRules::try_new(config).unwrap();
         for (bits, expected) in [
             (u16::MAX, 0.0),
-            (3 << 14, 0.0),
-            (1 << 15, 0.5),
-            (3 << 13, 0.75),
-            (1 << 14, 1.0),
+            (1 << 15, 0.0),
+            (((1 << 15) + 9830) / 2, 0.5),
+            (9830 + 3823, 5.0 / 6.0), // of 22,938 steps between the limits
+            (9830, 1.0),
             (0, 1.0),
         ] {
             let health = Health::new(Confidence::from_bits(bits));
-            let part: f64 = Failure::of_health(&health, &rules).part().to_num();
-            assert_eq!(part, expected, "{bits}");
+            let part = part(&health);
+            assert!((part - expected).abs() < 1e-4, "{bits}: {part}");
         }
     }
 
@@ -226,7 +213,7 @@ mod tests {
     fn a_silent_sensor_has_failed_whatever_its_confidence() {
         let rules = HealthRules::DEFAULT;
         let mut health = Health::default();
-        for _ in 0..rules.config().failed_missing {
+        for _ in 0..HealthRules::FAILED_MISSING {
             health.record(SILENT, Ticks::new(0));
             health.settle(&rules, Ticks::new(0));
         }
@@ -241,7 +228,7 @@ mod tests {
     fn the_seventh_health_is_the_scanners() {
         let mut health = [Health::default(); SENSORS];
         health[6] = Health::new(Confidence::NONE);
-        let failures = Failures::of_health(&health, &HealthRules::DEFAULT);
+        let failures = Failures::of_health(&health);
         assert_eq!(failures.scanner, Failure::TOTAL);
         assert_eq!(failures.rangefinders, [Failure::NONE; RANGEFINDERS]);
         assert_eq!(failures.worst(Failures::NONE), failures);

@@ -113,7 +113,7 @@ mod tests {
         let shape = Geometry::try_new(40, 40, Millimeters::new(100), Point::from_mm(0, -2000));
         let shape = shape.unwrap();
         let mut grid = BayesGrid::try_new(shape, Strength::UNLIMITED, [0; 1600]).unwrap();
-        let sensor = SensorId::new(1).unwrap();
+        let sensor = SensorId::try_new(1).unwrap();
         for (x, certainty) in [
             (1050, Certainty::FREE),
             (2050, Certainty::OCCUPIED),
@@ -147,7 +147,7 @@ mod tests {
         let shape =
             Geometry::try_new(20, 1, Millimeters::new(100), Point::from_mm(0, -50)).unwrap();
         let mut grid = BayesGrid::try_new(shape, Strength::UNLIMITED, [0; 20]).unwrap();
-        let sensor = SensorId::new(1).unwrap();
+        let sensor = SensorId::try_new(1).unwrap();
         let cells = (0..3)
             .map(|x| (x, Certainty::FREE))
             .chain([(4, Certainty::OCCUPIED)]);

@@ -115,7 +115,7 @@ mod tests {
         let shape = shape.unwrap();
         let mut grid = BayesGrid::try_new(shape, Strength::UNLIMITED, [0; 1600]).unwrap();
         let measurement = Measurement {
-            sensor: SensorId::new(1).unwrap(),
+            sensor: SensorId::try_new(1).unwrap(),
             certainty: Certainty::OCCUPIED,
         };
         for &(x, y) in occupied {

@@ -81,7 +81,7 @@ impl<const SENSORS: usize> Assessment<SENSORS> {
     pub fn faulty(&self) -> impl Iterator<Item = SensorId> + '_ {
         let numbered = self.verdicts.iter().zip(1..=u8::MAX);
         numbered.filter_map(|(verdict, number)| {
-            let sensor = SensorId::new(number);
+            let sensor = SensorId::try_new(number);
             sensor.filter(|_| verdict.is_faulty())
         })
     }

@@ -104,8 +104,8 @@ impl RingRules {
             raise: self.0.raise,
             raise_free: self.0.raise,
             lower: self.0.lower,
-            stride: StepRule::Fixed,
-            blame: FaultAttribution::Alike,
+            step_rule: StepRule::Fixed,
+            attribution: FaultAttribution::Alike,
             floor: Confidence::NONE,
             ceiling: Confidence::FULL,
         }

@@ -133,7 +133,7 @@ mod tests {
     use certainty_core::units::Millimeters;
 
     fn id(number: u8) -> SensorId {
-        SensorId::new(number).unwrap()
+        SensorId::try_new(number).unwrap()
     }
 
     fn echo(mm: u32) -> Reading {

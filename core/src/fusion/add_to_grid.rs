@@ -41,8 +41,8 @@ impl RobustConfig {
             raise: U0F16::from_bits(1 << 14),
             raise_free: U0F16::from_bits(0),
             lower: U0F16::from_bits(1365),
-            stride: StepRule::Proportional,
-            blame: FaultAttribution::Shared,
+            step_rule: StepRule::Proportional,
+            attribution: FaultAttribution::Shared,
             floor: Confidence::from_bits(1 << 10),
             ceiling: Confidence::FULL,
         },
@@ -60,8 +60,8 @@ impl RobustConfig {
             raise: U0F16::from_bits(1 << 7),
             raise_free: U0F16::from_bits(1 << 7),
             lower: U0F16::from_bits(7 << 7),
-            stride: StepRule::Fixed,
-            blame: FaultAttribution::Alike,
+            step_rule: StepRule::Fixed,
+            attribution: FaultAttribution::Alike,
             ..Self::DEFAULT.learning
         },
         ..Self::DEFAULT

@@ -43,7 +43,7 @@ impl<Sh: Shape, S: AsRef<[u8]> + AsMut<[u8]>> BayesGrid<Sh, S> {
     /// let shape = Geometry::try_new(17, 11, Millimeters::new(100), Point::ORIGIN)?;
     /// let mut grid = BayesGrid::try_new(shape, Strength::MEASUREMENT, [0; 187])?;
     /// let cell = shape.cell(3, 4).ok_or("outside")?;
-    /// let sensor = SensorId::new(1).ok_or("zero")?;
+    /// let sensor = SensorId::try_new(1).ok_or("zero")?;
     /// for _ in 0..2 {
     ///     grid.add(cell, Measurement { sensor, certainty: Certainty::OCCUPIED }, &mut []);
     /// }
@@ -113,7 +113,7 @@ mod tests {
 
     fn fused(strongest: Strength, measurements: &[u8]) -> Certainty {
         let (mut grid, cell) = one_cell(strongest);
-        let sensor = SensorId::new(1).unwrap();
+        let sensor = SensorId::try_new(1).unwrap();
         for &bits in measurements {
             let certainty = Certainty::from_bits(bits);
             grid.add(cell, Measurement { sensor, certainty }, &mut []);
@@ -181,7 +181,7 @@ mod tests {
             let (ups, downs) = (vec![255_u8; ups], vec![0_u8; downs]);
             let steps = |measurements: Vec<u8>| {
                 let (mut grid, cell) = one_cell(Strength::MEASUREMENT);
-                let sensor = SensorId::new(1).unwrap();
+                let sensor = SensorId::try_new(1).unwrap();
                 for bits in measurements {
                     let certainty = Certainty::from_bits(bits);
                     grid.add(cell, Measurement { sensor, certainty }, &mut []);

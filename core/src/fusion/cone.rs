@@ -322,7 +322,7 @@ mod tests {
 
     fn erased(grid: impl CertaintyGrid, seen: &Beam, unseen: &Beam, post: Cell) -> Certainty {
         let mut mapper = Mapper::new(grid, [Health::default(); 2], HealthRules::DEFAULT);
-        let [first, second] = [1, 2].map(|number| SensorId::new(number).unwrap());
+        let [first, second] = [1, 2].map(|number| SensorId::try_new(number).unwrap());
         let now = Ticks::new(0);
         mapper.integrate(first, seen, &sonar(), now).unwrap();
         for _ in 0..100 {

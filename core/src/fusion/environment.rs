@@ -44,7 +44,7 @@ impl<'a, G: CertaintyGrid> Environment<'a, G> {
     /// Returns every sensor with its health.
     pub fn sensors(&self) -> impl Iterator<Item = (SensorId, &'a Health)> + use<'a, G> {
         let numbered = self.health.iter().zip(1..=u8::MAX);
-        numbered.filter_map(|(health, number)| SensorId::new(number).map(|id| (id, health)))
+        numbered.filter_map(|(health, number)| SensorId::try_new(number).map(|id| (id, health)))
     }
 
     /// Returns how many sensors have this status.

@@ -97,7 +97,7 @@ impl<G: CertaintyGrid, H: AsRef<[Health]> + AsMut<[Health]>> Mapper<G, H> {
     ///     bearing: BinaryAngle::QUARTER,
     ///     reading: Reading::Echo(mm(550)),
     /// };
-    /// let sensor = SensorId::new(1).ok_or("zero")?;
+    /// let sensor = SensorId::try_new(1).ok_or("zero")?;
     /// assert_eq!(mapper.integrate(sensor, &ahead, &gp2d02, Ticks::new(0))?, 9);
     ///
     /// let map = mapper.environment();

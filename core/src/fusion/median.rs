@@ -165,7 +165,7 @@ mod tests {
                 } else {
                     Certainty::OCCUPIED
                 };
-                let sensor = SensorId::new(number).unwrap();
+                let sensor = SensorId::try_new(number).unwrap();
                 grid.add(cell, Measurement { sensor, certainty }, &mut []);
             }
         }

@@ -117,7 +117,7 @@ impl OwnersMut<'_> {
         Some(Slot {
             field,
             packed: self.packed,
-            owner: SensorId::new(number),
+            owner: SensorId::try_new(number),
         })
     }
 }
@@ -166,7 +166,7 @@ impl<O: AsRef<[u8]> + AsMut<[u8]>> Owners<O> {
     pub(super) fn get(&self, cell: Cell) -> Option<SensorId> {
         let (field, packed) = (field(cell, self.bits), self.packed.as_ref());
         let low = field.out_of_low(*packed.get(field.byte)?);
-        SensorId::new(low | field.read_high(packed))
+        SensorId::try_new(low | field.read_high(packed))
     }
 
     /// The owners, to be written.
@@ -230,7 +230,7 @@ mod tests {
             let mut owners = Owners::new(sensors, vec![0; owner_bytes(61, sensors)]);
             let mut plain = [None; 61];
             for (index, number) in writes {
-                let owner = SensorId::new(number % (sensors.saturating_add(1)).max(1));
+                let owner = SensorId::try_new(number % (sensors.saturating_add(1)).max(1));
                 let mut open = owners.open();
                 open.slot(Cell::from_index(index)).unwrap().set(owner);
                 plain[index as usize] = owner;

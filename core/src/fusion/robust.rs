@@ -61,7 +61,7 @@ where
     /// let mut sensors = [Health::default(); 3];
     /// for _round in 0..9 {
     ///     for (number, certainty) in [(1, Certainty::OCCUPIED), (2, Certainty::FREE), (3, Certainty::OCCUPIED)] {
-    ///         let sensor = SensorId::new(number).ok_or("zero")?;
+    ///         let sensor = SensorId::try_new(number).ok_or("zero")?;
     ///         grid.add(cell, Measurement { sensor, certainty }, &mut sensors);
     ///     }
     /// }
@@ -209,7 +209,7 @@ mod tests {
 
     fn says(number: u8, bits: u8) -> Measurement {
         Measurement {
-            sensor: SensorId::new(number).unwrap(),
+            sensor: SensorId::try_new(number).unwrap(),
             certainty: Certainty::from_bits(bits),
         }
     }
@@ -285,8 +285,8 @@ mod tests {
             let step: f64 = [learning.raise, learning.raise_free][word].to_num();
             let ceiling = real(learning.ceiling);
             for (of, own) in self.conf[id].iter_mut().enumerate() {
-                if learning.blame == FaultAttribution::Alike || word == 0 || of == word {
-                    let whole = match learning.stride {
+                if learning.attribution == FaultAttribution::Alike || word == 0 || of == word {
+                    let whole = match learning.step_rule {
                         StepRule::Fixed => 1.0,
                         StepRule::Proportional => ceiling - *own,
                     };
@@ -301,14 +301,14 @@ mod tests {
             // Bayes' rule for who of two is wrong if one is, twice over.
             let doubt = |confidence: f64| real(Confidence::FULL) - confidence + floor;
             let wrong = [doubt(own) * other, doubt(other) * own];
-            let share = match learning.blame {
+            let share = match learning.attribution {
                 FaultAttribution::Alike => 1.0,
                 FaultAttribution::Shared => 2.0 * wrong[0] / (wrong[0] + wrong[1]),
             };
             let step = learning.lower.to_num::<f64>() * share;
             for (of, own) in self.conf[id].iter_mut().enumerate() {
-                if learning.blame == FaultAttribution::Alike || of == word {
-                    let whole = match learning.stride {
+                if learning.attribution == FaultAttribution::Alike || of == word {
+                    let whole = match learning.step_rule {
                         StepRule::Fixed => 1.0,
                         StepRule::Proportional => *own,
                     };
@@ -335,7 +335,7 @@ mod tests {
         for bits in [200, 10, 128, 255] {
             grid.add(cell, says(2, bits), &mut sensors);
             assert_eq!(grid.certainty(cell).to_bits(), bits);
-            assert_eq!(grid.owner(cell), SensorId::new(2));
+            assert_eq!(grid.owner(cell), SensorId::try_new(2));
         }
         assert_eq!(sensors, [Health::default(); 3], "nobody was compared");
     }
@@ -349,7 +349,7 @@ mod tests {
         grid.add(cell, says(2, 0), &mut sensors);
         // (255 · 127 + 0 · 128) / 255 = 127: a little nearer to free, so sensor 2 contributes.
         assert_eq!(grid.certainty(cell).to_bits(), 127);
-        assert_eq!(grid.owner(cell), SensorId::new(2));
+        assert_eq!(grid.owner(cell), SensorId::try_new(2));
         // Each by a 48th, for what it said and for nothing else.
         for (health, said) in sensors.iter().zip([Claim::Occupied, Claim::Free]) {
             let lowered = health.confidence_in(said).to_bits();

@@ -3,7 +3,7 @@
 use crate::narrow::wrapping_u16;
 use fixed::types::U0F16;
 
-/// The belief that a sensor is correct: 0 is *appears to be wrong*, 1 *appears to be correct*
+/// The probability that a sensor is correct: 0 is *appears to be wrong*, 1 *appears to be correct*
 /// (\[002\] §4).
 ///
 /// Units and range: steps of 2^-16, 0 to 65535; the largest, 0.99998, stands for 1.
@@ -50,15 +50,17 @@ impl Confidence {
         U0F16::from_bits(self.0)
     }
 
-    /// Returns the confidence `step` higher, but no higher than `ceiling`, or unchanged if it is
-    /// beyond; `inc` of \[001\] Fig. 3.
+    /// Returns the confidence raised by `step`, to `ceiling` at most; unchanged if it is above that.
+    ///
+    /// `inc` of \[001\] Fig. 3.
     #[must_use]
     pub const fn raised(self, step: U0F16, ceiling: Self) -> Self {
         let (step, missing) = (step.to_bits() as u32, self.missing_to(ceiling));
         self.up(if step > missing { missing } else { step })
     }
 
-    /// Returns the confidence `step` lower, but no lower than `floor`, or unchanged if it is below;
+    /// Returns the confidence lowered by `step`, to `floor` at least; unchanged if it is below that.
+    ///
     /// `dec` of \[001\] Fig. 3.
     #[must_use]
     pub const fn lowered(self, step: U0F16, floor: Self) -> Self {
@@ -66,34 +68,34 @@ impl Confidence {
         self.down(if step > room { room } else { step })
     }
 
-    /// How far below `ceiling` it is, 16 bits; 0 if beyond.
+    /// `ceiling − self`, 16 bits; 0 if negative.
     #[inline]
     pub(super) const fn missing_to(self, ceiling: Self) -> u32 {
         excess(ceiling.0, self.0)
     }
 
-    /// How far above `floor` it is, 16 bits; 0 if below.
+    /// `self − floor`, 16 bits; 0 if negative.
     #[inline]
     pub(super) const fn room_to(self, floor: Self) -> u32 {
         excess(self.0, floor.0)
     }
 
-    /// The confidence higher by no more than what is missing to the highest.
+    /// `self + step`, where `step` is at most [`Self::FULL`] − `self`.
     #[inline]
     pub(super) const fn up(self, step: u32) -> Self {
         Self(wrapping_u16((self.0 as u32).wrapping_add(step)))
     }
 
-    /// The confidence lower by no more than itself.
+    /// `self − step`, where `step` is at most `self`.
     #[inline]
     pub(super) const fn down(self, step: u32) -> Self {
         Self(wrapping_u16((self.0 as u32).wrapping_sub(step)))
     }
 }
 
-/// How much `more` is above `less`; 0 if it is not.
+/// `more − less`; 0 if negative.
 ///
-/// Signed, because two instructions then do it.
+/// Computed as a signed number, which takes two instructions.
 #[inline]
 const fn excess(more: u16, less: u16) -> u32 {
     let difference = (more as i32).wrapping_sub(less as i32);
@@ -101,7 +103,7 @@ const fn excess(more: u16, less: u16) -> u32 {
 }
 
 impl Default for Confidence {
-    /// Full: without knowledge about a sensor, it is believed (\[002\] §4).
+    /// Full: a sensor about which nothing is known counts as correct (\[002\] §4).
     fn default() -> Self {
         Self::FULL
     }

@@ -1,32 +1,32 @@
-//! How comparing sensors teaches how far each is to be believed.
+//! How comparisons between sensors change their confidence.
 
-use super::Confidence;
+use super::confidence::Confidence;
 use crate::certainty::Certainty;
 use fixed::types::U0F16;
 
-/// What a sensor says of a cell, and so the way in which it can be wrong.
+/// What a sensor claims of a cell: occupied or free.
 ///
-/// \[001\] Table 1 has two error rates a sensor for the same reason: it may see what is not there, or
-/// overlook what is.
+/// The two claims have separate confidences, as \[001\] Table 1 has two error rates a sensor: it may
+/// report an object that is not there, or miss one that is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Claim {
-    /// There is something.
+    /// There is an object.
     Occupied,
-    /// There is nothing.
+    /// There is no object.
     Free,
 }
 
 impl Claim {
-    /// Returns the side of *uncertain* that `certainty` is on; *uncertain* itself counts as free.
+    /// Returns the claim that `certainty` makes; *uncertain* counts as free.
     #[must_use]
     #[inline]
     pub const fn of(certainty: Certainty) -> Self {
         Self::of_deviation(certainty.deviation() as i32)
     }
 
-    /// The same of a certainty's deviation.
+    /// Returns the claim of a certainty with this deviation.
     #[inline]
     pub(crate) const fn of_deviation(deviation: i32) -> Self {
         if deviation > 0 {
@@ -37,79 +37,79 @@ impl Claim {
     }
 }
 
-/// What `inc` and `dec` of \[001\] Fig. 3 take a step from.
+/// The size of a step of `inc` and `dec` of \[001\] Fig. 3.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum StepRule {
-    /// The same step wherever the confidence is: it runs to one of its bounds, sooner or later.
+    /// The same step at every confidence, which therefore reaches one of its bounds in the end.
     Fixed,
-    /// A part of the way to the bound ahead: an exponential average, which settles where a sensor's
-    /// own share of agreement puts it, however long the run.
+    /// A part of the distance to the bound: an exponential average, which settles at a value that
+    /// depends on the sensor's share of agreements.
     Proportional,
 }
 
-/// Whom a comparison teaches what.
+/// Which confidences a comparison changes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum FaultAttribution {
-    /// Both sides alike, whatever they said: \[001\] Fig. 3.
+    /// Both claims of both sensors by the same step: \[001\] Fig. 3.
     Alike,
-    /// Each side for what it said, and a contradiction more the side that is more likely wrong.
+    /// The claims that were made, and in a contradiction more for the sensor that is more likely wrong.
     ///
-    /// - Two sensors that find a cell occupied were both right, and neither overlooked anything: both
-    ///   [`Claim`]s of both are raised. Two that find it free raise that word alone.
-    /// - Of two that contradict each other one is wrong: the one, by its words so far, with probability
-    ///   (1 − a) · b / ((1 − a) · b + (1 − b) · a), a and b being the confidences in the two words.
-    ///   Twice this share of the step down is its own, so that two equal sides fall by a step each.
+    /// - Two sensors that claim *occupied* were both right and neither missed the object: both
+    ///   [`Claim`]s of both are raised. Two that claim *free* have only that claim raised.
+    /// - Of two that contradict each other one is wrong: the one with confidence a in its claim, with
+    ///   probability (1 − a) · b / ((1 − a) · b + (1 − b) · a), where b is the other's confidence. Each
+    ///   falls by twice its probability times the step, so that two equal sensors fall by a step each.
     Shared,
 }
 
-/// How far each comparison moves a sensor's confidence.
+/// How much a comparison changes a sensor's confidence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Learning {
-    /// How much it raises a confidence that two sensors agree on something occupied.
+    /// The step up if two sensors agree that a cell is occupied.
     ///
-    /// Units: of full confidence where the stride is fixed, else of what is missing to the ceiling.
+    /// Units: parts of full confidence with [`StepRule::Fixed`], else of the distance to the ceiling.
     #[cfg_attr(feature = "defmt", defmt(Display2Format))]
     pub raise: U0F16,
-    /// How much it raises a confidence that two sensors agree on something free.
+    /// The step up if two sensors agree that a cell is free.
     ///
-    /// Each beam frees many cells and hits one, so that even a sensor that never sees anything agrees
-    /// with the others about nearly every cell: that two sensors find the same cell free says little of
-    /// either. Equal to [`Self::raise`], it is \[001\] Fig. 3, which makes no difference.
+    /// Each beam frees many cells and hits one, so that even a sensor that never detects an object agrees
+    /// with the others about nearly every cell: agreement about a free cell is weak evidence. \[001\]
+    /// Fig. 3 makes no difference; set this equal to [`Self::raise`] for it.
     #[cfg_attr(feature = "defmt", defmt(Display2Format))]
     pub raise_free: U0F16,
-    /// How much a contradiction lowers a confidence; more than [`Self::raise_free`].
+    /// The step down at a contradiction; more than [`Self::raise_free`].
     ///
-    /// Units: of full confidence where the stride is fixed, else of the confidence itself. Differs from
-    /// \[002\] §4, where confidence falls by larger steps than it rises by: that presumes that agreement
-    /// is frequent, which it is only about what is free.
+    /// Units: parts of full confidence with [`StepRule::Fixed`], else of the confidence itself. Differs
+    /// from \[002\] §4, where the step down is larger than the step up: that presumes that agreement is
+    /// frequent, which is true only of free cells.
     #[cfg_attr(feature = "defmt", defmt(Display2Format))]
     pub lower: U0F16,
-    /// What these are parts of.
-    pub stride: StepRule,
-    /// Whom a comparison teaches what.
-    pub blame: FaultAttribution,
+    /// What the steps are parts of.
+    pub step_rule: StepRule,
+    /// Which confidences a comparison changes.
+    pub attribution: FaultAttribution,
     /// No confidence falls below this.
     pub floor: Confidence,
     /// No confidence rises above this.
     pub ceiling: Confidence,
 }
 
-/// How far a sensor is believed, word by word.
+/// The confidence in each of a sensor's claims.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub(super) struct Beliefs {
+pub(super) struct Confidences {
     pub(super) occupied: Confidence,
     pub(super) free: Confidence,
 }
 
-impl Beliefs {
+impl Confidences {
     #[inline]
-    const fn of(&mut self, word: Claim) -> &mut Confidence {
-        match word {
+    const fn of(&mut self, claim: Claim) -> &mut Confidence {
+        match claim {
             Claim::Occupied => &mut self.occupied,
             Claim::Free => &mut self.free,
         }
@@ -117,22 +117,22 @@ impl Beliefs {
 }
 
 impl Learning {
-    /// Teaches two sensors that they agreed on `word`.
+    /// Raises the confidences of two sensors that made the same claim.
     #[inline]
-    pub(super) fn agree(&self, sides: [&mut Beliefs; 2], word: Claim) {
-        let step = match word {
+    pub(super) fn agree(&self, sides: [&mut Confidences; 2], claim: Claim) {
+        let step = match claim {
             Claim::Occupied => self.raise,
             Claim::Free => self.raise_free,
         };
-        // What most comparisons are by default: nothing to be learned from.
+        // By default most comparisons: agreement about a free cell changes nothing.
         if step.to_bits() == 0 {
             return;
         }
-        match self.stride {
-            StepRule::Fixed => self.each(sides, word, |confidence| {
+        match self.step_rule {
+            StepRule::Fixed => self.each(sides, claim, |confidence| {
                 *confidence = confidence.raised(step, self.ceiling);
             }),
-            StepRule::Proportional => self.each(sides, word, |confidence| {
+            StepRule::Proportional => self.each(sides, claim, |confidence| {
                 // 16 bits and 16 bits; never more than what is missing.
                 let missing = confidence.missing_to(self.ceiling);
                 let step = u32::from(step.to_bits()).wrapping_mul(missing) >> 16;
@@ -141,11 +141,10 @@ impl Learning {
         }
     }
 
-    /// Teaches two sensors that they contradicted each other, one saying the one word and the other
-    /// the other.
+    /// Lowers the confidences of two sensors that made different claims.
     #[inline]
-    pub(super) fn disagree(&self, [a, b]: [&mut Beliefs; 2], [of_a, of_b]: [Claim; 2]) {
-        match self.blame {
+    pub(super) fn disagree(&self, [a, b]: [&mut Confidences; 2], [of_a, of_b]: [Claim; 2]) {
+        match self.attribution {
             FaultAttribution::Alike => {
                 let lower = self.lower.to_bits().into();
                 self.each([a, b], Claim::Occupied, |confidence| {
@@ -161,22 +160,22 @@ impl Learning {
         }
     }
 
-    /// Teaches both sides about what is free and, unless `word` says nothing of it, about what is
-    /// occupied.
+    /// Applies `step` to both sensors' confidence in *free* and, if the comparison concerns it, in
+    /// *occupied*.
     #[inline]
-    fn each(&self, [a, b]: [&mut Beliefs; 2], word: Claim, teach: impl Fn(&mut Confidence)) {
-        teach(&mut a.free);
-        teach(&mut b.free);
-        if word == Claim::Occupied || self.blame == FaultAttribution::Alike {
-            teach(&mut a.occupied);
-            teach(&mut b.occupied);
+    fn each(&self, [a, b]: [&mut Confidences; 2], claim: Claim, step: impl Fn(&mut Confidence)) {
+        step(&mut a.free);
+        step(&mut b.free);
+        if claim == Claim::Occupied || self.attribution == FaultAttribution::Alike {
+            step(&mut a.occupied);
+            step(&mut b.occupied);
         }
     }
 
-    /// The confidence lower by `step` of the stride, 16 bits, and no lower than the floor.
+    /// Returns the confidence lowered by a step of 16 bits, to the floor at least.
     #[inline]
     const fn lowered(&self, confidence: Confidence, step: u32) -> Confidence {
-        let step = match self.stride {
+        let step = match self.step_rule {
             StepRule::Fixed => step,
             // 16 bits and 16 bits.
             StepRule::Proportional => step.wrapping_mul(confidence.to_bits() as u32) >> 16,
@@ -185,10 +184,10 @@ impl Learning {
         confidence.down(if step > room { room } else { step })
     }
 
-    /// The steps down for a side believed as far as `a` and for one believed as far as `b`, 16 bits.
+    /// Returns the steps down for a sensor with confidence `a` and for one with confidence `b`, 16 bits.
     ///
-    /// Doubt is 1 − confidence, raised by the floor so that nobody is beyond it: it is never zero, as
-    /// no confidence at the floor or above is. Precision: 2^-12 of the step; two divisions.
+    /// The doubt in each is 1 − confidence + floor, which is zero only if the floor is and the
+    /// confidence is full. Precision: 2^-12 of the step. Cost: two divisions.
     #[inline]
     const fn falls(&self, a: Confidence, b: Confidence) -> (u32, u32) {
         // Each a product of two 16-bit numbers.
@@ -199,10 +198,10 @@ impl Learning {
         (self.fall(a_wrong, half), self.fall(b_wrong, half))
     }
 
-    /// The step down for a side that is wrong in so many of `half` cases, twice over.
+    /// Returns the step down times `wrong` / `half`, 16 bits.
     #[inline]
     const fn fall(&self, wrong: u32, half: u32) -> u32 {
-        // Twice the share, at most 2, in steps of 2^-14.
+        // At most 2, in steps of 2^-14.
         let share = match wrong.checked_div(half >> 14) {
             Some(share) if share < 2 << 14 => share,
             None if wrong == 0 => 1 << 14,
@@ -218,6 +217,7 @@ impl Learning {
         }
     }
 
+    /// Returns 1 − `confidence` + floor, 16 bits.
     #[inline]
     const fn doubt(&self, confidence: Confidence) -> u32 {
         (u16::MAX as u32).wrapping_sub(confidence.room_to(self.floor))
@@ -233,37 +233,37 @@ mod tests {
         raise: U0F16::from_bits(1 << 14),
         raise_free: U0F16::ZERO,
         lower: U0F16::from_bits(1 << 12),
-        stride: StepRule::Proportional,
-        blame: FaultAttribution::Shared,
+        step_rule: StepRule::Proportional,
+        attribution: FaultAttribution::Shared,
         floor: Confidence::from_bits(1 << 10),
         ceiling: Confidence::FULL,
     };
 
-    fn beliefs((occupied, free): (Confidence, Confidence)) -> Beliefs {
-        Beliefs { occupied, free }
+    fn pair_of((occupied, free): (Confidence, Confidence)) -> Confidences {
+        Confidences { occupied, free }
     }
 
-    /// What one side takes from an agreement; the other side does not count.
-    fn agreed(rules: &Learning, pair: (Confidence, Confidence), word: Claim) -> Beliefs {
-        let (mut own, mut other) = (beliefs(pair), beliefs(pair));
-        rules.agree([&mut own, &mut other], word);
+    /// One sensor's confidences after an agreement with an equal one.
+    fn agreed(rules: &Learning, pair: (Confidence, Confidence), claim: Claim) -> Confidences {
+        let (mut own, mut other) = (pair_of(pair), pair_of(pair));
+        rules.agree([&mut own, &mut other], claim);
         assert_eq!(own, other);
         own
     }
 
-    /// What one side takes from a contradiction by one that is believed as far as `other`.
+    /// One sensor's confidences after a contradiction by one with the confidence `other`.
     fn disagreed(
         rules: &Learning,
         pair: (Confidence, Confidence),
-        word: Claim,
+        claim: Claim,
         other: Confidence,
-    ) -> Beliefs {
-        let opposite = match word {
+    ) -> Confidences {
+        let opposite = match claim {
             Claim::Occupied => Claim::Free,
             Claim::Free => Claim::Occupied,
         };
-        let (mut own, mut other) = (beliefs(pair), beliefs((other, other)));
-        rules.disagree([&mut own, &mut other], [word, opposite]);
+        let (mut own, mut other) = (pair_of(pair), pair_of((other, other)));
+        rules.disagree([&mut own, &mut other], [claim, opposite]);
         own
     }
 
@@ -275,7 +275,7 @@ mod tests {
         (1 << 10..=u16::MAX).step_by(251).chain([u16::MAX])
     }
 
-    /// The share of the step that Bayes' rule gives, in real numbers, twice over.
+    /// Twice the probability of being wrong by Bayes' rule, in real numbers.
     fn naive_share(own: u16, other: u16, floor: u16) -> f64 {
         let (own, other, floor) = (f64::from(own), f64::from(other), f64::from(floor));
         let wrong = (65_535.0 - own + floor) * other;
@@ -284,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn blame_is_shared_as_bayes_rule_says() {
+    fn a_contradiction_is_shared_by_bayes_rule() {
         for (own, other) in confidences().flat_map(|a| confidences().map(move |b| (a, b))) {
             let fall = fall(Confidence::from_bits(own), Confidence::from_bits(other));
             let exact = 4096.0 * naive_share(own, other, 1 << 10);
@@ -297,7 +297,7 @@ mod tests {
     }
 
     #[test]
-    fn equals_fall_by_one_step_each_and_the_doubted_one_by_more() {
+    fn equal_sensors_fall_by_one_step_each() {
         for bits in confidences() {
             let same = Confidence::from_bits(bits);
             let fall = fall(same, same);
@@ -309,27 +309,28 @@ mod tests {
     }
 
     #[test]
-    fn a_contradiction_teaches_only_what_was_said() {
+    fn a_contradiction_changes_only_the_claims_made() {
         let full = (Confidence::FULL, Confidence::FULL);
-        let Beliefs { occupied, free } =
+        let Confidences { occupied, free } =
             disagreed(&SHARED, full, Claim::Occupied, Confidence::FULL);
         assert!(occupied < Confidence::FULL);
         assert_eq!(free, Confidence::FULL);
-        let Beliefs { occupied, free } = disagreed(&SHARED, full, Claim::Free, Confidence::FULL);
+        let Confidences { occupied, free } =
+            disagreed(&SHARED, full, Claim::Free, Confidence::FULL);
         assert_eq!(occupied, Confidence::FULL);
         assert!(free < Confidence::FULL);
     }
 
-    /// A sensor that is contradicted once in so many comparisons settles at the same confidence from
-    /// wherever it comes; in fixed steps it would run to a bound.
+    /// A sensor with a constant share of contradictions settles at the same confidence from every
+    /// start; with fixed steps it would reach a bound.
     #[test]
-    fn proportional_steps_settle_where_the_share_of_agreement_puts_them() {
+    fn proportional_steps_settle_by_share_of_agreement() {
         let rules = Learning {
             raise: U0F16::from_bits(1 << 12),
             ..SHARED
         };
         let settle = |start: u16| {
-            let mut pair = beliefs((Confidence::from_bits(start), Confidence::FULL));
+            let mut pair = pair_of((Confidence::from_bits(start), Confidence::FULL));
             for _ in 0..2000 {
                 pair = agreed(&rules, (pair.occupied, pair.free), Claim::Occupied);
                 let same = (pair.occupied, pair.free);
@@ -349,9 +350,9 @@ mod tests {
 
     #[test]
     fn no_confidence_leaves_its_bounds() {
-        for stride in [StepRule::Fixed, StepRule::Proportional] {
+        for step_rule in [StepRule::Fixed, StepRule::Proportional] {
             let rules = Learning {
-                stride,
+                step_rule,
                 lower: U0F16::MAX,
                 raise: U0F16::MAX,
                 ..SHARED
@@ -367,24 +368,24 @@ mod tests {
         }
     }
 
-    /// The rules step by step, each sensor and each word for itself, in 64 bits.
+    /// The rules step by step, each sensor and each claim separately, in 64 bits.
     struct Naive(Learning);
 
     impl Naive {
-        fn stride(&self, step: u64, whole: u64) -> u64 {
-            match self.0.stride {
+        fn scaled(&self, step: u64, whole: u64) -> u64 {
+            match self.0.step_rule {
                 StepRule::Fixed => step,
                 StepRule::Proportional => (step * whole) >> 16,
             }
         }
 
-        fn teaches(&self, said: Claim, of: Claim) -> bool {
-            self.0.blame == FaultAttribution::Alike || said == of
+        fn concerns(&self, made: Claim, of: Claim) -> bool {
+            self.0.attribution == FaultAttribution::Alike || made == of
         }
 
         fn raised(&self, bits: u64, step: u64) -> u64 {
             let ceiling = u64::from(self.0.ceiling.to_bits());
-            let raised = bits + self.stride(step, ceiling.saturating_sub(bits));
+            let raised = bits + self.scaled(step, ceiling.saturating_sub(bits));
             if bits > ceiling {
                 bits
             } else {
@@ -394,7 +395,7 @@ mod tests {
 
         fn lowered(&self, bits: u64, step: u64) -> u64 {
             let floor = u64::from(self.0.floor.to_bits());
-            let lowered = bits.saturating_sub(self.stride(step, bits));
+            let lowered = bits.saturating_sub(self.scaled(step, bits));
             if bits < floor {
                 bits
             } else {
@@ -402,16 +403,16 @@ mod tests {
             }
         }
 
-        fn agreed(&self, own: [u64; 2], word: Claim) -> [u64; 2] {
-            let step = match word {
+        fn agreed(&self, own: [u64; 2], claim: Claim) -> [u64; 2] {
+            let step = match claim {
                 Claim::Occupied => self.0.raise,
                 Claim::Free => self.0.raise_free,
             };
             let step = u64::from(step.to_bits());
-            let both = word == Claim::Occupied;
+            let both = claim == Claim::Occupied;
             [(Claim::Occupied, own[0]), (Claim::Free, own[1])].map(|(of, bits)| {
-                let taught = both || self.teaches(word, of);
-                if taught {
+                let concerned = both || self.concerns(claim, of);
+                if concerned {
                     self.raised(bits, step)
                 } else {
                     bits
@@ -421,7 +422,7 @@ mod tests {
 
         fn fall(&self, own: u64, other: u64) -> u64 {
             let lower = u64::from(self.0.lower.to_bits());
-            if self.0.blame == FaultAttribution::Alike {
+            if self.0.attribution == FaultAttribution::Alike {
                 return lower;
             }
             let floor = u64::from(self.0.floor.to_bits());
@@ -435,9 +436,9 @@ mod tests {
             ((lower * share) >> 14).min(65_535)
         }
 
-        fn disagreed(&self, own: [u64; 2], word: Claim, other: u64) -> [u64; 2] {
+        fn disagreed(&self, own: [u64; 2], claim: Claim, other: u64) -> [u64; 2] {
             [(Claim::Occupied, own[0]), (Claim::Free, own[1])].map(|(of, bits)| {
-                if self.teaches(word, of) {
+                if self.concerns(claim, of) {
                     self.lowered(bits, self.fall(bits, other))
                 } else {
                     bits
@@ -456,7 +457,7 @@ mod tests {
         ]
     }
 
-    fn word() -> impl Strategy<Value = Claim> {
+    fn any_claim() -> impl Strategy<Value = Claim> {
         prop_oneof![Just(Claim::Occupied), Just(Claim::Free)]
     }
 
@@ -467,12 +468,12 @@ mod tests {
                 raise: U0F16::from_bits(raise),
                 raise_free: U0F16::from_bits(raise_free),
                 lower: U0F16::from_bits(lower),
-                stride: if fixed {
+                step_rule: if fixed {
                     StepRule::Fixed
                 } else {
                     StepRule::Proportional
                 },
-                blame: if alike {
+                attribution: if alike {
                     FaultAttribution::Alike
                 } else {
                     FaultAttribution::Shared
@@ -483,36 +484,36 @@ mod tests {
         )
     }
 
-    fn plain(beliefs: Beliefs) -> [u64; 2] {
-        [beliefs.occupied, beliefs.free].map(|confidence| confidence.to_bits().into())
+    fn plain(pair: Confidences) -> [u64; 2] {
+        [pair.occupied, pair.free].map(|confidence| confidence.to_bits().into())
     }
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(20_000))]
 
-        /// To the last bit, whatever the rules, those that no grid accepts among them.
+        /// To the last bit for any rules, also those that no grid accepts.
         #[test]
-        fn two_sides_learn_at_once_what_each_would_learn_for_itself(
+        fn both_sensors_change_as_the_naive_rules_change_each(
             rules in any_rules(),
             confidences in [bits(), bits(), bits(), bits()],
-            words in [word(), word()],
+            claims in [any_claim(), any_claim()],
         ) {
             let naive = Naive(rules);
             let [a, b, c, d] = confidences.map(Confidence::from_bits);
-            let (one, two) = (beliefs((a, b)), beliefs((c, d)));
+            let (one, two) = (pair_of((a, b)), pair_of((c, d)));
 
             let (mut own, mut other) = (one, two);
-            rules.agree([&mut own, &mut other], words[0]);
-            prop_assert_eq!(plain(own), naive.agreed(plain(one), words[0]));
-            prop_assert_eq!(plain(other), naive.agreed(plain(two), words[0]));
+            rules.agree([&mut own, &mut other], claims[0]);
+            prop_assert_eq!(plain(own), naive.agreed(plain(one), claims[0]));
+            prop_assert_eq!(plain(other), naive.agreed(plain(two), claims[0]));
 
             let (mut own, mut other) = (one, two);
-            let mut said = [one, two];
+            let mut before = [one, two];
             let [of_one, of_two] =
-                [0, 1].map(|side| u64::from(said[side].of(words[side]).to_bits()));
-            rules.disagree([&mut own, &mut other], words);
-            prop_assert_eq!(plain(own), naive.disagreed(plain(one), words[0], of_two));
-            prop_assert_eq!(plain(other), naive.disagreed(plain(two), words[1], of_one));
+                [0, 1].map(|side| u64::from(before[side].of(claims[side]).to_bits()));
+            rules.disagree([&mut own, &mut other], claims);
+            prop_assert_eq!(plain(own), naive.disagreed(plain(one), claims[0], of_two));
+            prop_assert_eq!(plain(other), naive.disagreed(plain(two), claims[1], of_one));
         }
     }
 }

@@ -1,4 +1,4 @@
-//! How far a sensor can be trusted, and what a maintenance plan reads about it.
+//! The health of a sensor: its confidence, the counts behind it and a status for maintenance.
 
 mod confidence;
 mod learning;
@@ -8,4 +8,4 @@ mod status;
 pub use confidence::Confidence;
 pub use learning::{Claim, FaultAttribution, Learning, StepRule};
 pub use record::Health;
-pub use status::{HealthConfig, HealthConfigError, HealthRules, Status};
+pub use status::{HealthRules, Status};

@@ -1,13 +1,16 @@
-//! One sensor's record.
+//! The health record of one sensor.
 
-use super::{Claim, Confidence, HealthRules, Learning, Status, learning::Beliefs};
+use super::confidence::Confidence;
+use super::learning::{Claim, Confidences, Learning};
+use super::status::{Condition, HealthRules, Status};
 use crate::transducer::Reading;
 use crate::units::Ticks;
 
-/// What is known about one sensor's condition.
+/// The health of one sensor.
 ///
-/// The grid raises and lowers the confidence and counts what it compared; the fusion level records
-/// which readings came and which were missing; [`Health::settle`] draws the conclusion.
+/// The grid changes the confidence and counts comparisons ([`Health::confirm`],
+/// [`Health::contradict`]); the fusion level records readings and missing ones ([`Health::record`]);
+/// [`Health::settle`] updates the status.
 ///
 /// Memory: 32 bytes a sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -18,18 +21,18 @@ pub struct Health {
     contradictions: u32,
     readings: u32,
     missing: u32,
-    /// The last reading, or when watching began.
+    /// When the last reading came; before the first, when the status was first updated.
     silent_since: Ticks,
-    beliefs: Beliefs,
+    confidences: Confidences,
     missing_in_a_row: u16,
-    heard_in_a_row: u16,
-    watched: bool,
+    received_in_a_row: u16,
+    started: bool,
     stale: bool,
     status: Status,
 }
 
 impl Health {
-    /// Creates the record of a sensor that starts with `confidence`, an a-priori value or
+    /// Creates the record of a sensor with the first confidence `confidence`: an a-priori value or
     /// [`Confidence::FULL`] (\[002\] §4).
     #[must_use]
     pub const fn new(confidence: Confidence) -> Self {
@@ -39,23 +42,23 @@ impl Health {
             readings: 0,
             missing: 0,
             silent_since: Ticks::new(0),
-            beliefs: Beliefs {
+            confidences: Confidences {
                 occupied: confidence,
                 free: confidence,
             },
             missing_in_a_row: 0,
-            heard_in_a_row: 0,
-            watched: false,
+            received_in_a_row: 0,
+            started: false,
             stale: false,
             status: Status::Healthy,
         }
     }
 
-    /// Returns the confidence: the lesser of those in the sensor's two [`Claim`]s, as a sensor is no
-    /// better than the way in which it errs more.
+    /// Returns the confidence: the lower of those in the sensor's two [`Claim`]s, because the more
+    /// frequent kind of error limits how reliable a sensor is.
     #[must_use]
     pub const fn confidence(&self) -> Confidence {
-        let Beliefs { occupied, free } = self.beliefs;
+        let Confidences { occupied, free } = self.confidences;
         if occupied.to_bits() < free.to_bits() {
             occupied
         } else {
@@ -63,120 +66,124 @@ impl Health {
         }
     }
 
-    /// Returns the confidence in what the sensor says when it says `word`.
+    /// Returns the confidence that the sensor is correct when it makes this claim.
     #[must_use]
-    pub const fn confidence_in(&self, word: Claim) -> Confidence {
-        match word {
-            Claim::Occupied => self.beliefs.occupied,
-            Claim::Free => self.beliefs.free,
+    pub const fn confidence_in(&self, claim: Claim) -> Confidence {
+        match claim {
+            Claim::Occupied => self.confidences.occupied,
+            Claim::Free => self.confidences.free,
         }
     }
 
-    /// Returns how many cells the sensor and another one agreed on.
+    /// Returns the number of cells about which the sensor agreed with another.
     #[must_use]
     pub const fn confirmations(&self) -> u32 {
         self.confirmations
     }
 
-    /// Returns how many cells the sensor and another one disagreed on.
+    /// Returns the number of cells about which the sensor disagreed with another.
     #[must_use]
     pub const fn contradictions(&self) -> u32 {
         self.contradictions
     }
 
-    /// Returns how many readings the sensor delivered, missing ones not among them.
+    /// Returns the number of readings, without the missing ones.
     #[must_use]
     pub const fn readings(&self) -> u32 {
         self.readings
     }
 
-    /// Returns how many readings were missing.
+    /// Returns the number of missing readings.
     #[must_use]
     pub const fn missing(&self) -> u32 {
         self.missing
     }
 
-    /// Returns how many readings have been missing since the last that came.
+    /// Returns the number of missing readings since the last reading.
     #[must_use]
     pub const fn missing_in_a_row(&self) -> u16 {
         self.missing_in_a_row
     }
 
-    /// Returns how many readings have come since the last that was missing.
+    /// Returns the number of readings since the last missing one.
     #[must_use]
-    pub const fn heard_in_a_row(&self) -> u16 {
-        self.heard_in_a_row
+    pub const fn received_in_a_row(&self) -> u16 {
+        self.received_in_a_row
     }
 
-    /// Returns since when the sensor has been silent: its last reading, or, before the first, when it
-    /// was first watched.
+    /// Returns when the last reading came; before the first, when the status was first updated.
     #[must_use]
     pub const fn silent_since(&self) -> Ticks {
         self.silent_since
     }
 
-    /// Returns whether the sensor had been silent for too long when last asked.
+    /// Returns whether, at the last [`Self::settle`], the last reading was too long ago.
     #[must_use]
     pub const fn is_stale(&self) -> bool {
         self.stale
     }
 
-    /// Returns the conclusion.
+    /// Returns the status.
     #[must_use]
     pub const fn status(&self) -> Status {
         self.status
     }
 
-    /// Records a turn of the sensor: what it said, or that it said nothing.
+    /// Records a reading, or a missing one, at `now`.
     pub const fn record(&mut self, reading: Reading, now: Ticks) {
         if matches!(reading, Reading::Missing(_)) {
             self.missing = self.missing.saturating_add(1);
             self.missing_in_a_row = self.missing_in_a_row.saturating_add(1);
-            self.heard_in_a_row = 0;
+            self.received_in_a_row = 0;
         } else {
             self.readings = self.readings.saturating_add(1);
             self.missing_in_a_row = 0;
-            // After a silence the count starts anew: one reading is no recovery.
-            self.heard_in_a_row = if self.stale {
+            // After a stale period the count restarts: one reading is no recovery.
+            self.received_in_a_row = if self.stale {
                 1
             } else {
-                self.heard_in_a_row.saturating_add(1)
+                self.received_in_a_row.saturating_add(1)
             };
             self.stale = false;
             self.silent_since = now;
-            self.watched = true;
+            self.started = true;
         }
     }
 
-    /// Records a cell that both sensors called `word`; `inc` of \[001\] Fig. 3.
+    /// Records a cell about which two sensors made the same claim; `inc` of \[001\] Fig. 3.
     #[inline]
-    pub fn confirm([a, b]: [&mut Self; 2], word: Claim, learning: &Learning) {
+    pub fn confirm([a, b]: [&mut Self; 2], claim: Claim, learning: &Learning) {
         a.confirmations = a.confirmations.saturating_add(1);
         b.confirmations = b.confirmations.saturating_add(1);
-        learning.agree([&mut a.beliefs, &mut b.beliefs], word);
+        learning.agree([&mut a.confidences, &mut b.confidences], claim);
     }
 
-    /// Records a cell that the two sensors called `words`, which contradict each other; `dec` of
-    /// \[001\] Fig. 3.
+    /// Records a cell about which two sensors made different claims, `claims` in the order of the
+    /// sensors; `dec` of \[001\] Fig. 3.
     #[inline]
-    pub fn contradict([a, b]: [&mut Self; 2], words: [Claim; 2], learning: &Learning) {
+    pub fn contradict([a, b]: [&mut Self; 2], claims: [Claim; 2], learning: &Learning) {
         a.contradictions = a.contradictions.saturating_add(1);
         b.contradictions = b.contradictions.saturating_add(1);
-        learning.disagree([&mut a.beliefs, &mut b.beliefs], words);
+        learning.disagree([&mut a.confidences, &mut b.confidences], claims);
     }
 
-    /// Draws the conclusion from everything recorded up to `now`.
+    /// Updates the status from everything recorded up to `now`.
     ///
-    /// The first call starts the watch: a sensor that was never heard is stale only after the same
-    /// silence as any other, whatever the clock showed when it all began.
+    /// The time without readings counts from the first call at the earliest, so that a clock that does
+    /// not start at 0 makes no sensor stale.
     pub const fn settle(&mut self, rules: &HealthRules, now: Ticks) {
-        if !self.watched {
-            self.watched = true;
+        if !self.started {
+            self.started = true;
             self.silent_since = now;
         }
-        // Latched until the next reading: ages wrap after 24 days, a dead sensor stays dead.
-        self.stale |= now.since(self.silent_since) > rules.config().stale_after;
-        self.status = rules.next(self.status, self);
+        // Latched until the next reading, because ages wrap after 24 days.
+        self.stale |= now.since(self.silent_since) > rules.stale_after();
+        self.status = self.status.next(&Condition {
+            confidence: self.confidence(),
+            missing_in_a_row: self.missing_in_a_row,
+            received_in_a_row: self.received_in_a_row,
+            stale: self.stale,
+        });
     }
 }
 
@@ -196,40 +203,44 @@ mod tests {
     const TIMEOUT: Reading = Reading::Missing(Missing::Timeout);
 
     #[test]
-    fn a_record_is_as_small_as_it_says() {
+    fn a_record_takes_32_bytes() {
         assert_eq!(size_of::<Health>(), 32);
     }
 
-    /// PEERS: a shared timeout let one live sensor hide a dead one (nav2); elsewhere a dead one
-    /// stopped everything, or went unnoticed.
+    /// Each sensor has its own timeout: a shared one lets the readings of one sensor hide the failure
+    /// of another.
     #[test]
-    fn a_silent_sensor_is_seen_while_the_others_live_and_comes_back_by_itself() {
+    fn one_sensor_can_fail_and_recover_while_another_works() {
         let rules = HealthRules::default();
-        let (mut dead, mut live) = (Health::default(), Health::default());
-        let patience = rules.config().stale_after;
-        for now in 0..=patience.saturating_mul(2) {
+        let (mut silent, mut active) = (Health::default(), Health::default());
+        let limit = rules.stale_after();
+        for now in 0..=limit.saturating_mul(2) {
             let now = Ticks::new(now);
-            live.record(ECHO, now);
-            live.settle(&rules, now);
-            dead.settle(&rules, now);
-            let over = now.get() > patience;
-            assert_eq!(dead.is_stale(), over);
-            assert_eq!(dead.status() == Status::Failed, over);
-            assert_eq!(live.status(), Status::Healthy);
+            active.record(ECHO, now);
+            active.settle(&rules, now);
+            silent.settle(&rules, now);
+            let over = now.get() > limit;
+            assert_eq!(silent.is_stale(), over);
+            assert_eq!(silent.status() == Status::Failed, over);
+            assert_eq!(active.status(), Status::Healthy);
         }
-        let back = Ticks::new(patience.saturating_mul(2));
-        for heard in 1..=rules.config().healthy_heard {
-            assert_ne!(dead.status(), Status::Healthy, "after {heard} readings");
-            dead.record(ECHO, back);
-            dead.settle(&rules, back);
-            // The turns of other sensors settle it too, and change nothing.
-            dead.settle(&rules, back);
+        let back = Ticks::new(limit.saturating_mul(2));
+        for received in 1..=HealthRules::HEALTHY_RECEIVED {
+            assert_ne!(
+                silent.status(),
+                Status::Healthy,
+                "after {received} readings"
+            );
+            silent.record(ECHO, back);
+            silent.settle(&rules, back);
+            // The readings of other sensors settle it too, and change nothing.
+            silent.settle(&rules, back);
         }
-        assert_eq!(dead.status(), Status::Healthy);
+        assert_eq!(silent.status(), Status::Healthy);
     }
 
     #[test]
-    fn a_dead_sensor_stays_dead_when_the_clock_comes_round() {
+    fn a_stale_sensor_stays_so_when_the_clock_wraps() {
         let rules = HealthRules::default();
         let mut health = Health::default();
         for now in [0, 3000, (1 << 31) - 1, (1 << 31) + 1, u32::MAX, 0, 1] {
@@ -240,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sensor_that_answers_one_time_in_eleven_is_never_healthy_again() {
+    fn one_reading_in_eleven_never_makes_healthy() {
         let rules = HealthRules::default();
         let mut health = Health::default();
         let now = Ticks::new(1);
@@ -263,9 +274,9 @@ mod tests {
         let start = 3_000_000_000;
         health.settle(&rules, Ticks::new(start));
         assert_eq!(health.status(), Status::Healthy);
-        health.settle(&rules, Ticks::new(start + rules.config().stale_after));
+        health.settle(&rules, Ticks::new(start + rules.stale_after()));
         assert_eq!(health.status(), Status::Healthy);
-        health.settle(&rules, Ticks::new(start + rules.config().stale_after + 1));
+        health.settle(&rules, Ticks::new(start + rules.stale_after() + 1));
         assert_eq!(health.status(), Status::Failed);
     }
 
@@ -275,18 +286,20 @@ mod tests {
         let mut health = Health::default();
         let now = Ticks::new(1);
         let mut seen = [0_u16; 4];
-        for _ in 0..rules.config().failed_missing {
+        for _ in 0..HealthRules::FAILED_MISSING {
             health.record(TIMEOUT, now);
             health.settle(&rules, now);
             seen[health.status() as usize] += 1;
         }
-        let config = rules.config();
-        assert_eq!(seen[Status::Healthy as usize], config.suspect_missing - 1);
+        assert_eq!(
+            seen[Status::Healthy as usize],
+            HealthRules::SUSPECT_MISSING - 1
+        );
         assert_eq!(
             seen[Status::Suspect as usize],
-            config.failed_missing - config.suspect_missing
+            HealthRules::FAILED_MISSING - HealthRules::SUSPECT_MISSING
         );
         assert_eq!(health.status(), Status::Failed);
-        assert_eq!(health.missing(), u32::from(config.failed_missing));
+        assert_eq!(health.missing(), u32::from(HealthRules::FAILED_MISSING));
     }
 }

@@ -1,27 +1,27 @@
-//! The conclusion about a sensor, with hysteresis.
+//! The status of a sensor, with hysteresis.
 
-use super::{Confidence, Health};
+use super::confidence::Confidence;
 use core::fmt;
 
-/// What is concluded about a sensor.
+/// The status of a sensor, for maintenance and control.
 ///
 /// ```text
-///            confidence or readings fail            fail further
+///       low confidence or missing readings     lower, or more missing
 ///  Healthy ──────────────────────────────► Suspect ─────────────► Failed
-///     ▲  ◄──────────── well again ────────────┘                     │ better again
-///     └───────────── well again ──────────── Recovering ◄───────────┘
+///     ▲  ◄──────────── healthy again ──────────┘                    │ agrees again
+///     └───────────── healthy again ───────── Recovering ◄───────────┘
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Status {
-    /// Trusted.
+    /// Reliable.
     Healthy,
-    /// Contradicted or silent more often than a sound sensor is.
+    /// Contradicted, or without a reading, more often than a correct sensor.
     Suspect,
-    /// Not to be relied on; due for maintenance.
+    /// Not to be used; due for maintenance.
     Failed,
-    /// Failed before, agreeing again; not yet trusted.
+    /// Failed before and agrees again; not yet reliable.
     Recovering,
 }
 
@@ -36,139 +36,84 @@ impl fmt::Display for Status {
     }
 }
 
-/// The limits between one status and the next, before they are checked.
-///
-/// No paper gives them; the gaps between the limits are the hysteresis.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct HealthConfig {
-    /// A healthy sensor below this confidence is suspect.
-    pub suspect_below: Confidence,
-    /// A suspect or recovering one below this has failed.
-    pub failed_below: Confidence,
-    /// A failed one at or above this is recovering.
-    pub recovering_from: Confidence,
-    /// A suspect or recovering one at or above this is healthy.
-    pub healthy_from: Confidence,
-    /// So many missing readings in a row make a sensor suspect.
-    pub suspect_missing: u16,
-    /// So many missing readings in a row make it failed.
-    pub failed_missing: u16,
-    /// A suspect or recovering one is healthy only after so many readings in a row.
-    pub healthy_heard: u16,
-    /// A sensor that was silent for longer than so many ticks has failed.
-    pub stale_after: u32,
+/// What a status is concluded from.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Condition {
+    pub(super) confidence: Confidence,
+    pub(super) missing_in_a_row: u16,
+    pub(super) received_in_a_row: u16,
+    /// No reading came for longer than [`HealthRules::stale_after`].
+    pub(super) stale: bool,
 }
 
-impl HealthConfig {
-    /// A quarter and 0.15 of full confidence downwards, a quarter and a half upwards; three and ten
-    /// missing readings, ten that came; two seconds of silence. The simulator's fault campaign chose
-    /// the confidences.
-    pub const DEFAULT: Self = Self {
-        suspect_below: Confidence::from_bits(1 << 14),
-        failed_below: Confidence::from_bits(9830),
-        recovering_from: Confidence::from_bits(1 << 14),
-        healthy_from: Confidence::from_bits(1 << 15),
-        suspect_missing: 3,
-        failed_missing: 10,
-        healthy_heard: 10,
-        stale_after: 2000,
-    };
-}
-
-impl Default for HealthConfig {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}
-
-/// The checked [`HealthConfig`].
-///
-/// Possession proves that the limits leave a gap: failed < recovering ≤ healthy, failed < suspect <
-/// healthy, so that no status flickers at a constant confidence.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct HealthRules(HealthConfig);
-
-/// Why limits were refused.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum HealthConfigError {
-    /// The confidences are not in order, or leave no gap.
-    Confidences,
-    /// The counts of missing readings are zero or not in order.
-    Missing,
-}
-
-impl fmt::Display for HealthConfigError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Confidences => {
-                "confidences must be in the order failed < suspect < healthy and failed < \
-                 recovering <= healthy"
-            }
-            Self::Missing => "missing readings must be in the order 0 < suspect < failed",
-        })
-    }
-}
-
-impl core::error::Error for HealthConfigError {}
-
-impl HealthRules {
-    /// The rules of [`HealthConfig::DEFAULT`].
-    pub const DEFAULT: Self = Self(HealthConfig::DEFAULT);
-
-    /// Checks the limits.
-    ///
-    /// # Errors
-    ///
-    /// [`HealthConfigError`] names what is out of order.
-    pub const fn try_new(config: HealthConfig) -> Result<Self, HealthConfigError> {
-        let failed = config.failed_below.to_bits();
-        let suspect = config.suspect_below.to_bits();
-        let recovering = config.recovering_from.to_bits();
-        let healthy = config.healthy_from.to_bits();
-        let ordered = failed < suspect && suspect < healthy;
-        if !ordered || failed >= recovering || recovering > healthy {
-            Err(HealthConfigError::Confidences)
-        } else if config.suspect_missing == 0 || config.failed_missing <= config.suspect_missing {
-            Err(HealthConfigError::Missing)
-        } else {
-            Ok(Self(config))
+impl Status {
+    /// Returns the status that follows this one: the next in the diagram, or *failed* at once if no
+    /// readings come.
+    pub(super) const fn next(self, condition: &Condition) -> Self {
+        let confidence = condition.confidence.to_bits();
+        let missing = condition.missing_in_a_row;
+        if condition.stale || missing >= HealthRules::FAILED_MISSING {
+            return Self::Failed;
         }
-    }
-
-    /// Returns the limits.
-    #[must_use]
-    pub const fn config(&self) -> &HealthConfig {
-        &self.0
-    }
-
-    /// Returns the status that follows `status`; one step at a time, except that silence fails at
-    /// once.
-    pub(super) const fn next(&self, status: Status, health: &Health) -> Status {
-        let limits = &self.0;
-        let confidence = health.confidence().to_bits();
-        let missing = health.missing_in_a_row();
-        if health.is_stale() || missing >= limits.failed_missing {
-            return Status::Failed;
-        }
-        let wavering = missing >= limits.suspect_missing;
-        let well = health.heard_in_a_row() >= limits.healthy_heard
-            && confidence >= limits.healthy_from.to_bits();
-        match status {
-            Status::Healthy if wavering || confidence < limits.suspect_below.to_bits() => {
-                Status::Suspect
-            }
-            Status::Suspect | Status::Recovering if confidence < limits.failed_below.to_bits() => {
-                Status::Failed
-            }
-            Status::Suspect | Status::Recovering if well => Status::Healthy,
-            Status::Failed if missing == 0 && confidence >= limits.recovering_from.to_bits() => {
-                Status::Recovering
+        let healthy = condition.received_in_a_row >= HealthRules::HEALTHY_RECEIVED
+            && confidence >= HealthRules::HEALTHY_FROM.to_bits();
+        let suspect = missing >= HealthRules::SUSPECT_MISSING
+            || confidence < HealthRules::SUSPECT_BELOW.to_bits();
+        let failed = confidence < HealthRules::FAILED_BELOW.to_bits();
+        match self {
+            Self::Healthy if suspect => Self::Suspect,
+            Self::Suspect | Self::Recovering if failed => Self::Failed,
+            Self::Suspect | Self::Recovering if healthy => Self::Healthy,
+            Self::Failed
+                if missing == 0 && confidence >= HealthRules::RECOVERING_FROM.to_bits() =>
+            {
+                Self::Recovering
             }
             unchanged => unchanged,
         }
+    }
+}
+
+/// The limits between one status and the next.
+///
+/// The papers give none. The gaps between the limits are the hysteresis: at a constant confidence no
+/// status alternates. Only the time without readings depends on the robot, so it alone is set; the
+/// simulator's fault campaign chose the confidences.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct HealthRules {
+    stale_after: u32,
+}
+
+impl HealthRules {
+    /// A healthy sensor with a confidence below this becomes suspect: a quarter.
+    pub const SUSPECT_BELOW: Confidence = Confidence::from_bits(1 << 14);
+    /// A suspect or recovering sensor with a confidence below this fails: 0.15.
+    pub const FAILED_BELOW: Confidence = Confidence::from_bits(9830);
+    /// A failed sensor with a confidence at or above this recovers: a quarter.
+    pub const RECOVERING_FROM: Confidence = Confidence::from_bits(1 << 14);
+    /// A suspect or recovering sensor with a confidence at or above this becomes healthy: a half.
+    pub const HEALTHY_FROM: Confidence = Confidence::from_bits(1 << 15);
+    /// This many missing readings in a row make a healthy sensor suspect.
+    pub const SUSPECT_MISSING: u16 = 3;
+    /// This many missing readings in a row make any sensor fail.
+    pub const FAILED_MISSING: u16 = 10;
+    /// A suspect or recovering sensor becomes healthy only after this many readings in a row.
+    pub const HEALTHY_RECEIVED: u16 = 10;
+
+    /// Sensors fail after two seconds without a reading.
+    pub const DEFAULT: Self = Self::new(2000);
+
+    /// Creates rules by which a sensor fails after more than `stale_after` ms without a reading.
+    #[must_use]
+    pub const fn new(stale_after: u32) -> Self {
+        Self { stale_after }
+    }
+
+    /// Returns the longest time without a reading that is no failure, in ms.
+    #[must_use]
+    pub const fn stale_after(&self) -> u32 {
+        self.stale_after
     }
 }
 
@@ -181,29 +126,28 @@ impl Default for HealthRules {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::transducer::Reading;
-    use crate::units::Ticks;
 
-    /// A sensor heard without a gap, with this confidence.
-    fn heard(bits: u16) -> Health {
-        let mut health = Health::new(Confidence::from_bits(bits));
-        for _ in 0..HealthConfig::DEFAULT.healthy_heard {
-            health.record(Reading::NoObject, Ticks::new(0));
+    /// A sensor with this confidence and no missing readings.
+    fn received(bits: u16) -> Condition {
+        Condition {
+            confidence: Confidence::from_bits(bits),
+            missing_in_a_row: 0,
+            received_in_a_row: HealthRules::HEALTHY_RECEIVED,
+            stale: false,
         }
-        health
     }
 
-    fn walk(confidences: impl IntoIterator<Item = u16>) -> Vec<Status> {
-        let rules = HealthRules::DEFAULT;
+    /// The statuses that a sensor goes through, from *healthy*.
+    fn statuses(confidences: impl IntoIterator<Item = u16>) -> Vec<Status> {
         let mut status = Status::Healthy;
-        let mut walked = vec![status];
+        let mut statuses = vec![status];
         for bits in confidences {
-            status = rules.next(status, &heard(bits));
-            if walked.last() != Some(&status) {
-                walked.push(status);
+            status = status.next(&received(bits));
+            if statuses.last() != Some(&status) {
+                statuses.push(status);
             }
         }
-        walked
+        statuses
     }
 
     #[test]
@@ -211,7 +155,7 @@ mod tests {
         let down = (0..=u16::MAX).rev();
         let up = 0..=u16::MAX;
         assert_eq!(
-            walk(down.chain(up)),
+            statuses(down.chain(up)),
             [
                 Status::Healthy,
                 Status::Suspect,
@@ -223,16 +167,15 @@ mod tests {
     }
 
     #[test]
-    fn no_status_flickers_at_a_constant_confidence() {
+    fn no_status_alternates_at_a_constant_confidence() {
         for bits in 0..=u16::MAX {
-            let rules = HealthRules::DEFAULT;
             for start in [
                 Status::Healthy,
                 Status::Suspect,
                 Status::Failed,
                 Status::Recovering,
             ] {
-                let next = |s| rules.next(s, &heard(bits));
+                let next = |status: Status| status.next(&received(bits));
                 let settled = next(next(start));
                 assert_eq!(next(settled), settled, "{bits} from {start}");
             }
@@ -240,36 +183,16 @@ mod tests {
     }
 
     #[test]
-    fn the_default_limits_pass_their_own_check() {
-        assert_eq!(
-            HealthRules::try_new(HealthConfig::DEFAULT),
-            Ok(HealthRules::DEFAULT)
-        );
-    }
-
-    #[test]
-    fn limits_without_a_gap_are_refused() {
-        let base = HealthConfig::DEFAULT;
-        let no_gap = HealthConfig {
-            suspect_below: base.failed_below,
-            ..base
-        };
-        assert_eq!(
-            HealthRules::try_new(no_gap),
-            Err(HealthConfigError::Confidences)
-        );
-        let too_early = HealthConfig {
-            recovering_from: base.failed_below,
-            ..base
-        };
-        assert_eq!(
-            HealthRules::try_new(too_early),
-            Err(HealthConfigError::Confidences)
-        );
-        let never = HealthConfig {
-            failed_missing: base.suspect_missing,
-            ..base
-        };
-        assert_eq!(HealthRules::try_new(never), Err(HealthConfigError::Missing));
+    fn the_limits_leave_a_gap() {
+        let [failed, suspect, recovering, healthy] = [
+            HealthRules::FAILED_BELOW,
+            HealthRules::SUSPECT_BELOW,
+            HealthRules::RECOVERING_FROM,
+            HealthRules::HEALTHY_FROM,
+        ];
+        assert!(failed < suspect && suspect < healthy);
+        assert!(failed < recovering && recovering <= healthy);
+        let missing = [HealthRules::SUSPECT_MISSING, HealthRules::FAILED_MISSING];
+        assert!(0 < missing[0] && missing[0] < missing[1]);
     }
 }

@@ -1,86 +1,72 @@
-//! Why a schedule was refused.
+//! Why a schedule is refused.
 
 use super::round::Activity;
 use crate::sensor::SensorId;
 use core::fmt;
 
-/// Most rounds after which two sweeps may begin anew, if their sensors measure at the same time.
+/// Most rounds after which the sweeps of two sensors that measure at the same time may repeat.
 pub const MAX_STEPS: u32 = u16::MAX as u32;
 
-/// Why a schedule was refused; slots are counted from 0, times are in ms after the round's start.
+/// The first rule that a schedule breaks; slots are counted from 0, times are in ms after the round's
+/// start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ScheduleError {
-    /// There is no slot.
-    NoSlots,
-    /// There are more stations than sensors have numbers.
-    TooManyStations,
-    /// A sensor would have its turn less often than its health expects.
+    /// There is no slot, or there are more than 255 stations.
+    Size {
+        /// The number of slots.
+        slots: usize,
+        /// The number of stations.
+        stations: usize,
+    },
+    /// The round is longer than a sensor may be without a reading.
     RoundTooLong {
         /// The round's length.
         period: u16,
-        /// For how long a sensor may be silent.
+        /// The longest time without a reading.
         stale_after: u32,
     },
-    /// A slot has no time.
-    EmptySlot {
-        /// Which.
+    /// A slot lasts less than 1 ms, or less than its measurement may take.
+    TooShort {
+        /// The slot.
         slot: usize,
+        /// How long it must last.
+        needed: u16,
     },
-    /// A slot does not begin after the one before it.
-    OutOfOrder {
-        /// The later in the list.
-        slot: usize,
-    },
-    /// A slot ends after the next has begun.
+    /// A slot ends after the next begins, or after the round; also if the slots are not sorted by
+    /// their begin.
     Overrun {
-        /// The earlier of the two.
+        /// The slot.
         slot: usize,
         /// When it ends.
         end: u32,
-        /// When the next begins.
-        next: u16,
+        /// When it must have ended.
+        limit: u16,
     },
-    /// The last slot ends after the round.
-    RoundOverrun {
-        /// The last slot.
-        slot: usize,
-        /// When it ends.
-        end: u32,
-        /// The round's length.
-        period: u16,
-    },
-    /// A slot is for a sensor that has no station.
-    UnknownSensor {
-        /// Which slot.
-        slot: usize,
-        /// Its sensor.
-        sensor: SensorId,
-    },
-    /// A sensor is told to do what it cannot: a fixed one to move, one that is started and read to
-    /// measure in one slot, or the other way round.
-    NotItsKind {
-        /// Which slot.
+    /// A slot asks for an activity of a sensor that has no station, or whose station cannot do it: only
+    /// a sweeping sensor moves, and a sensor is either started and read or measures in one slot.
+    Impossible {
+        /// The slot.
         slot: usize,
         /// What it asks for.
         activity: Activity,
     },
-    /// A sensor has no slot for something that its turn needs, or the round steers without driving or drives
-    /// without steering.
-    NoTurn {
-        /// What is missing.
+    /// A sensor has no slot for an activity that it needs, or the round has only one of
+    /// [`Activity::Steer`] and [`Activity::Drive`].
+    NoSlot {
+        /// The missing activity.
         activity: Activity,
     },
-    /// Something is done twice in a round that is done once; only reports may be more.
+    /// Two slots have the same activity; only [`Activity::Report`] may repeat.
     Twice {
-        /// What.
+        /// The activity.
         activity: Activity,
-        /// The first slot of it.
+        /// The first slot.
         first: usize,
-        /// The second.
+        /// The second slot.
         again: usize,
     },
-    /// Something is done before what must come first: a sensor moves, then it is started and read or
+    /// A slot comes before one that it must follow: a sensor moves, then it is started and read or
     /// measures, then it is fused; once all are fused the round steers, then it drives.
     WrongOrder {
         /// The slot that is too early.
@@ -88,137 +74,102 @@ pub enum ScheduleError {
         /// The slot that it must follow.
         after: usize,
     },
-    /// A sensor measures before its head has come to rest.
-    Unsettled {
-        /// The slot that starts the measurement.
+    /// A sensor is started or measures before its head has settled, or is read before its conversion
+    /// has ended.
+    TooEarly {
+        /// The slot.
         slot: usize,
-        /// Whose.
-        sensor: SensorId,
+        /// What it asks for.
+        activity: Activity,
         /// When it may begin.
         ready: u32,
     },
-    /// A sensor is read before its conversion is over.
-    Unconverted {
-        /// The slot that reads.
-        slot: usize,
-        /// Whose.
-        sensor: SensorId,
-        /// When it may begin.
-        ready: u32,
-    },
-    /// A measurement may take longer than its slot.
-    TooShort {
-        /// Which slot.
-        slot: usize,
-        /// Whose.
-        sensor: SensorId,
-        /// How long it must last, in ms.
-        longest: u16,
-    },
-    /// A sensor's turn comes again before its own signal has faded.
-    StillFading {
-        /// Which.
-        sensor: SensorId,
-    },
-    /// Two sensors of like signals look too nearly the same way at the same time.
+    /// Two sensors of one signal measure in nearly the same direction at the same time, or a sensor
+    /// measures again before its own signal has faded.
     Interference {
-        /// The one.
+        /// The sensor with the lower number.
         first: SensorId,
-        /// The other.
+        /// The other; the same if it disturbs itself.
         second: SensorId,
-        /// The first round in which they do, counted from 0.
+        /// The first round in which it happens, counted from 0.
         step: u32,
     },
-    /// Two sensors measure at the same time, and their sweeps meet in more ways than are checked.
+    /// Two sensors measure at the same time, and their sweeps repeat after more than [`MAX_STEPS`]
+    /// rounds, which are too many to check.
     TooManySteps {
-        /// The one.
+        /// The sensor with the lower number.
         first: SensorId,
         /// The other.
         second: SensorId,
-        /// After how many rounds both sweeps begin anew.
+        /// After how many rounds their sweeps repeat.
         steps: u32,
     },
 }
 
 impl ScheduleError {
-    /// Returns what is wrong, in words that a constant can panic with.
-    #[must_use]
-    pub const fn reason(&self) -> &'static str {
+    /// Returns the broken rule, as a constant can panic with it.
+    pub(super) const fn rule(&self) -> &'static str {
         match self {
-            Self::NoSlots => "a round needs at least one slot",
-            Self::TooManyStations => "there can be at most 255 stations",
-            Self::RoundTooLong { .. } => "the round is longer than a sensor may be silent",
-            Self::EmptySlot { .. } => "a slot has no time",
-            Self::OutOfOrder { .. } => "a slot does not begin after the one before it",
-            Self::Overrun { .. } => "a slot overruns the next",
-            Self::RoundOverrun { .. } => "the last slot overruns the round",
-            Self::UnknownSensor { .. } => "a slot is for a sensor without a station",
-            Self::NotItsKind { .. } => "a sensor cannot do what a slot asks for",
-            Self::NoTurn { .. } => "an activity is without its slot",
-            Self::Twice { .. } => "the same is done twice in a round",
+            Self::Size { slots: 0, .. } => "a round needs at least one slot",
+            Self::Size { .. } => "a round has at most 255 stations",
+            Self::RoundTooLong { .. } => "the round is longer than a sensor may be without reading",
+            Self::TooShort { .. } => "a slot is too short",
+            Self::Overrun { .. } => "a slot ends after the next begins or after the round",
+            Self::Impossible { .. } => "a sensor has no station that does what a slot asks for",
+            Self::NoSlot { .. } => "an activity has no slot",
+            Self::Twice { .. } => "an activity has two slots",
             Self::WrongOrder { .. } => "activities are in the wrong order",
-            Self::Unsettled { .. } => "a sensor measures before its head has settled",
-            Self::Unconverted { .. } => "a sensor is read before its conversion is over",
-            Self::TooShort { .. } => "a measurement may overrun its slot",
-            Self::StillFading { .. } => "a sensor's own signal fades into its next turn",
-            Self::Interference { .. } => "two sensors look the same way at the same time",
-            Self::TooManySteps { .. } => "two sweeps meet in more ways than can be checked",
+            Self::TooEarly {
+                activity: Activity::Read(_),
+                ..
+            } => "a sensor is read before its conversion has ended",
+            Self::TooEarly { .. } => "a sensor measures before its head has settled",
+            Self::Interference { first, second, .. } if first.number() == second.number() => {
+                "a sensor measures again before its signal has faded"
+            }
+            Self::Interference { .. } => "two sensors measure in one direction at the same time",
+            Self::TooManySteps { .. } => "two sweeps repeat after too many rounds to check",
         }
     }
 }
 
 impl fmt::Display for ScheduleError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.reason())?;
+        f.write_str(self.rule())?;
         match *self {
-            Self::NoSlots | Self::TooManyStations => Ok(()),
+            Self::Size { slots, stations } => write!(f, ": {slots} slots, {stations} stations"),
             Self::RoundTooLong {
                 period,
                 stale_after,
-            } => write!(f, ": {period} ms; shorten it to {stale_after} ms"),
-            Self::EmptySlot { slot } => write!(f, ": slot {slot}; give it 1 ms or more"),
-            Self::OutOfOrder { slot } => write!(f, ": slot {slot}; sort the slots by their begin"),
-            Self::Overrun { slot, end, next } => write!(
-                f,
-                ": slot {slot} ends at {end} ms; begin the next then, not at {next} ms"
-            ),
-            Self::RoundOverrun { slot, end, period } => write!(
-                f,
-                ": slot {slot} ends at {end} ms; lengthen the round from {period} ms"
-            ),
-            Self::UnknownSensor { slot, sensor } => {
-                write!(f, ": slot {slot}, sensor {sensor}; add its station")
+            } => write!(f, ": {period} ms, expected at most {stale_after} ms"),
+            Self::TooShort { slot, needed } => {
+                write!(f, ": slot {slot}, expected {needed} ms or more")
             }
-            Self::NotItsKind { slot, activity } => write!(
+            Self::Overrun { slot, end, limit } => write!(
                 f,
-                ": slot {slot}, {activity}; drop it or change the sensor's station"
+                ": slot {slot} ends at {end} ms, expected at most {limit} ms"
             ),
-            Self::NoTurn { activity } => write!(f, ": add a slot to {activity}"),
+            Self::Impossible { slot, activity } => write!(f, ": slot {slot}, {activity}"),
+            Self::NoSlot { activity } => write!(f, ": {activity}"),
             Self::Twice {
                 activity,
                 first,
                 again,
-            } => write!(f, ": {activity} in slots {first} and {again}; drop one"),
-            Self::WrongOrder { slot, after } => write!(f, ": put slot {slot} after slot {after}"),
-            Self::Unsettled {
-                slot,
-                sensor,
-                ready,
+            } => write!(f, ": {activity} in slots {first} and {again}"),
+            Self::WrongOrder { slot, after } => {
+                write!(f, ": slot {slot}, expected after slot {after}")
             }
-            | Self::Unconverted {
+            Self::TooEarly {
                 slot,
-                sensor,
+                activity,
                 ready,
             } => write!(
                 f,
-                ": slot {slot}, sensor {sensor}; begin it at {ready} ms or later"
+                ": slot {slot}, {activity}, expected at {ready} ms or later"
             ),
-            Self::TooShort {
-                slot,
-                sensor,
-                longest,
-            } => write!(f, ": slot {slot}, sensor {sensor}; give it {longest} ms"),
-            Self::StillFading { sensor } => write!(f, ": sensor {sensor}; lengthen the round"),
+            Self::Interference { first, second, .. } if first == second => {
+                write!(f, ": sensor {first}; lengthen the round")
+            }
             Self::Interference {
                 first,
                 second,
@@ -234,8 +185,8 @@ impl fmt::Display for ScheduleError {
                 steps,
             } => write!(
                 f,
-                ": sensors {first} and {second} in {steps}, of at most {MAX_STEPS}; give both \
-                 sweeps the same number of directions"
+                ": sensors {first} and {second} after {steps}, expected at most {MAX_STEPS}; give \
+                 both the same number of directions"
             ),
         }
     }

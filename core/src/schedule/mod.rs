@@ -1,16 +1,16 @@
-//! The time-triggered round: what is done when, as checked constant data.
+//! The time-triggered round: which activity begins when, as checked constant data.
 //!
-//! A round is a list of slots that is worked off again and again. Everything that a wrong list
-//! could do to the readings is refused when the [`Schedule`] is built, which is before the program
-//! is if the schedule is a constant: a head still swings when its sensor looks, a conversion is
-//! read too early, two sensors see each other's light (\[000\] §3), a sensor never has its turn.
+//! A round is a list of slots that repeats. A [`Schedule`] is a checked round: it refuses a list in
+//! which a head still moves when its sensor measures, a conversion is read too early, two sensors
+//! receive each other's signal (\[000\] §3) or a sensor has no slot. A constant schedule that breaks a
+//! rule does not build.
 //!
-//! A round is complete in itself: a sensor moves, measures and is fused in the same one, in this
-//! order. The order of the `Fuse` slots is the order of updates, on which the robust grid's values
-//! depend (\[001\] §7). Where the robot moves, the round steers after them, and gives the motors what was
-//! decided in a slot of its own: when wheels change their speed must not depend on how long a decision took.
+//! In one round a sensor moves, measures and is fused, in this order. The order of the `Fuse` slots is
+//! the order of updates, on which the values of the robust grid depend (\[001\] §7). If the robot moves,
+//! the round steers after them and sets the motors in a slot of its own, so that the time at which the
+//! wheels change their speed does not depend on how long computing it took.
 //!
-//! Memory: 6 bytes a slot, 22 a sensor; of a constant they are in flash.
+//! Memory: 6 bytes a slot, 22 a sensor; in flash if the schedule is a constant.
 
 mod check;
 mod error;
@@ -19,25 +19,22 @@ mod round;
 pub use error::{MAX_STEPS, ScheduleError};
 pub use round::{Activity, Aim, Measuring, ScheduleConfig, Signal, Slot, Station};
 
-use crate::sensor::SensorId;
-
-/// A round that keeps all rules; the checked [`ScheduleConfig`].
+/// A checked [`ScheduleConfig`].
 ///
-/// Possession proves, of every round:
-/// - the slots follow one another, none overlaps the next, all end within the round, and the round
-///   is no longer than a sensor may be silent;
-/// - every sensor has its turn once: it is moved if it can be, started and read or measured, and
-///   fused, in this order, and gets the time to settle and to convert;
-/// - a round that steers, or that drives, does both and each once: it steers when all is fused, so that
-///   control sees all that the round learned, and then drives;
-/// - no two sensors of like signals ever look within [`ScheduleConfig::apart`] of each other while
-///   one measures what the other sends, in any step of their sweeps; late echoes and those from the
-///   round before included.
+/// Invariant, for every round:
+/// - The slots follow one another without overlap and end within the round, and the round is no
+///   longer than a sensor may be without a reading.
+/// - Every sensor is moved if it can be, started and read or measured, and fused: each once, in this
+///   order, with the time to settle and to convert.
+/// - The round steers and drives or does neither: each once, in this order, after all sensors are
+///   fused.
+/// - No two sensors of one signal ever point within [`ScheduleConfig::apart`] of each other while one
+///   receives what the other sends, in any step of their sweeps, late echoes and those of the round
+///   before included.
 ///
 /// # Examples
 ///
-/// Two infrared heads that measure at once, and a ranger. A schedule that breaks a rule is refused
-/// with its reason:
+/// Two infrared heads that measure at once, and an ultrasonic ranger:
 ///
 /// ```
 /// use certainty_core::schedule::{
@@ -48,10 +45,9 @@ use crate::sensor::SensorId;
 /// use certainty_core::transducer::Sweep;
 /// use certainty_core::units::BinaryAngle;
 ///
-/// let id = |number| SensorId::new(number).ok_or("zero");
-/// let (right, left, ranger) = (id(1)?, id(2)?, id(3)?);
+/// let [right, left, ranger] = [1, 2, 3].map(SensorId::new);
 /// let degrees = |d: i32| BinaryAngle::from_millidegrees(d * 1000);
-/// let sweep = Sweep::try_new(degrees(-90), degrees(90), 37)?;
+/// let sweep = Sweep::new(degrees(-90), degrees(90), 37);
 /// let head = |slot| Station {
 ///     signal: Signal::Light,
 ///     aim: Aim::Sweeping { sweep, slot, heads: 2, settle: 100 },
@@ -86,52 +82,45 @@ use crate::sensor::SensorId;
 ///         },
 ///     ],
 /// };
-/// let schedule = Schedule::try_new(good)?;
-/// assert_eq!(schedule.due(175), Some(6));
-/// assert!(schedule.fusion_order().eq([ranger, right, left]));
+/// assert_eq!(Schedule::try_new(good)?.period(), 250);
 ///
-/// let mut hasty = good;
-/// hasty.slots[4].at = 100;
-/// let refused = Schedule::try_new(hasty);
-/// assert_eq!(refused, Err(ScheduleError::Unsettled { slot: 4, sensor: right, ready: 101 }));
-/// # Ok::<(), Box<dyn core::error::Error>>(())
+/// let mut early = good;
+/// early.slots[4].at = 100; // before the head has settled
+/// let (slot, activity, ready) = (4, Start(right), 101);
+/// let refused = Schedule::try_new(early);
+/// assert_eq!(refused, Err(ScheduleError::TooEarly { slot, activity, ready }));
+/// # Ok::<(), ScheduleError>(())
 /// ```
 ///
-/// As a constant it does not build:
+/// A constant that breaks a rule does not build:
 ///
 /// ```compile_fail
 /// use certainty_core::schedule::{Activity::Report, Schedule, ScheduleConfig, Slot};
 /// use certainty_core::units::BinaryAngle;
 ///
-/// const ROUND: Schedule<1, 0> = match Schedule::try_new(ScheduleConfig {
+/// const ROUND: Schedule<1, 0> = Schedule::new(ScheduleConfig {
 ///     period: 10,
 ///     stale_after: 2000,
 ///     apart: BinaryAngle::ZERO,
 ///     slots: [Slot::new(0, 11, Report)], // 11 ms in a round of 10 ms
 ///     stations: [],
-/// }) {
-///     Ok(schedule) => schedule,
-///     Err(error) => panic!("{}", error.reason()),
-/// };
+/// });
 /// assert_eq!(ROUND.period(), 10);
 /// ```
 ///
-/// and with one millisecond less it does:
+/// With one millisecond less it does:
 ///
 /// ```
 /// # use certainty_core::schedule::{Activity::Report, Schedule, ScheduleConfig, Slot};
 /// # use certainty_core::units::BinaryAngle;
 /// #
-/// # const ROUND: Schedule<1, 0> = match Schedule::try_new(ScheduleConfig {
+/// # const ROUND: Schedule<1, 0> = Schedule::new(ScheduleConfig {
 /// #     period: 10,
 /// #     stale_after: 2000,
 /// #     apart: BinaryAngle::ZERO,
 /// slots: [Slot::new(0, 10, Report)],
 /// #     stations: [],
-/// # }) {
-/// #     Ok(schedule) => schedule,
-/// #     Err(error) => panic!("{}", error.reason()),
-/// # };
+/// # });
 /// # assert_eq!(ROUND.period(), 10);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -139,16 +128,30 @@ use crate::sensor::SensorId;
 pub struct Schedule<const SLOTS: usize, const STATIONS: usize>(ScheduleConfig<SLOTS, STATIONS>);
 
 impl<const SLOTS: usize, const STATIONS: usize> Schedule<SLOTS, STATIONS> {
+    /// Checks a round, for constants.
+    ///
+    /// # Panics
+    ///
+    /// For a round that [`Self::try_new`] refuses: a constant then does not build. Use that at run
+    /// time.
+    #[expect(clippy::panic, reason = "refuses a constant at compile time")]
+    #[must_use]
+    pub const fn new(config: ScheduleConfig<SLOTS, STATIONS>) -> Self {
+        match Self::try_new(config) {
+            Ok(schedule) => schedule,
+            Err(error) => panic!("{}", error.rule()),
+        }
+    }
+
     /// Checks a round.
     ///
-    /// Cost: slots times stations, and for two sensors that measure at the same time the rounds
-    /// after which their sweeps begin anew, at most [`MAX_STEPS`].
+    /// Cost: slots times stations, and for two sensors that measure at the same time the number of
+    /// rounds after which their sweeps repeat, at most [`MAX_STEPS`].
     ///
     /// # Errors
     ///
-    /// [`ScheduleError`] names the first rule that is broken and by what: first the times of the
-    /// slots, then what they are for, then each sensor's turn, then steering and driving, then what disturbs
-    /// what.
+    /// [`ScheduleError`] is the first broken rule: of the times of the slots, then their activities,
+    /// then each sensor's slots, then steering and driving, then interference.
     pub const fn try_new(config: ScheduleConfig<SLOTS, STATIONS>) -> Result<Self, ScheduleError> {
         match check::check(
             config.period,
@@ -168,7 +171,7 @@ impl<const SLOTS: usize, const STATIONS: usize> Schedule<SLOTS, STATIONS> {
         self.0.period
     }
 
-    /// Returns what is done, in the order of time.
+    /// Returns the slots, sorted by their begin.
     #[must_use]
     pub const fn slots(&self) -> &[Slot; SLOTS] {
         &self.0.slots
@@ -179,56 +182,21 @@ impl<const SLOTS: usize, const STATIONS: usize> Schedule<SLOTS, STATIONS> {
     pub const fn stations(&self) -> &[Station; STATIONS] {
         &self.0.stations
     }
-
-    /// Returns what the schedule knows about `sensor`; `None` if it is not in it.
-    #[must_use]
-    pub fn station(&self, sensor: SensorId) -> Option<&Station> {
-        self.0.stations.get(sensor.slot())
-    }
-
-    /// Returns the slot that begins at `tick_in_round`, in ms after the round's start, counted
-    /// from 0; `None` if none does.
-    ///
-    /// Cost: a binary search, which an interrupt can afford every tick.
-    #[must_use]
-    pub fn due(&self, tick_in_round: u16) -> Option<usize> {
-        self.0
-            .slots
-            .binary_search_by_key(&tick_in_round, |slot| slot.at)
-            .ok()
-    }
-
-    /// Returns the sensors in the order in which their readings are fused in every round.
-    pub fn fusion_order(&self) -> impl Iterator<Item = SensorId> + '_ {
-        self.0.slots.iter().filter_map(|slot| match slot.activity {
-            Activity::Fuse(sensor) => Some(sensor),
-            _ => None,
-        })
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sensor::SensorId;
     use crate::transducer::Sweep;
     use crate::units::BinaryAngle;
-
-    const fn id(number: u8) -> SensorId {
-        match SensorId::new(number) {
-            Some(sensor) => sensor,
-            None => panic!("zero"),
-        }
-    }
 
     const fn degrees(degrees: i32) -> BinaryAngle {
         BinaryAngle::from_millidegrees(degrees * 1000)
     }
 
     const fn sweep(directions: u16) -> Sweep {
-        match Sweep::try_new(degrees(-90), degrees(90), directions) {
-            Ok(sweep) => sweep,
-            Err(_) => panic!("no such sweep"),
-        }
+        Sweep::new(degrees(-90), degrees(90), directions)
     }
 
     const fn head(slot: u16, heads: u16) -> Station {
@@ -254,10 +222,10 @@ mod tests {
         }
     }
 
-    const A: SensorId = id(1);
-    const B: SensorId = id(2);
-    const C: SensorId = id(3);
-    const D: SensorId = id(4);
+    const A: SensorId = SensorId::new(1);
+    const B: SensorId = SensorId::new(2);
+    const C: SensorId = SensorId::new(3);
+    const D: SensorId = SensorId::new(4);
 
     /// Two heads that measure at once, 95° apart, and two rangers one after the other.
     const GOOD: ScheduleConfig<15, 4> = ScheduleConfig {
@@ -284,13 +252,10 @@ mod tests {
         stations: [head(0, 2), head(1, 2), ranger(30), ranger(30)],
     };
 
-    /// A constant is checked while the program is built.
-    const BUILT: Schedule<15, 4> = match Schedule::try_new(GOOD) {
-        Ok(schedule) => schedule,
-        Err(error) => panic!("{}", error.reason()),
-    };
+    /// Checked at compile time.
+    const BUILT: Schedule<15, 4> = Schedule::new(GOOD);
 
-    /// What a good round is refused with after `change`.
+    /// The error of the good round after `change`.
     fn refusal(change: impl FnOnce(&mut ScheduleConfig<15, 4>)) -> ScheduleError {
         let mut config = GOOD;
         change(&mut config);
@@ -298,20 +263,10 @@ mod tests {
     }
 
     #[test]
-    fn a_good_round_is_accepted_and_says_what_is_due_when() {
+    fn a_good_round_is_accepted() {
         assert_eq!(Schedule::try_new(GOOD), Ok(BUILT));
-        let due: Vec<_> = (0..BUILT.period())
-            .filter_map(|tick| Some((tick, BUILT.due(tick)?)))
-            .collect();
-        let expected: Vec<_> = (0..).zip(GOOD.slots).map(|(i, s)| (s.at, i)).collect();
-        assert_eq!(due, expected);
-        assert_eq!(BUILT.station(D), Some(&ranger(30)));
-        assert_eq!(BUILT.station(id(5)), None);
-    }
-
-    #[test]
-    fn the_fusion_order_is_the_order_of_the_fuse_slots() {
-        assert_eq!(BUILT.fusion_order().collect::<Vec<_>>(), [C, D, B, A]);
+        assert_eq!(BUILT.slots(), &GOOD.slots);
+        assert_eq!(BUILT.stations(), &GOOD.stations);
     }
 
     #[test]
@@ -329,11 +284,17 @@ mod tests {
             slots: [],
             stations: [],
         };
-        assert_eq!(Schedule::try_new(empty), Err(ScheduleError::NoSlots));
+        assert_eq!(
+            Schedule::try_new(empty),
+            Err(ScheduleError::Size {
+                slots: 0,
+                stations: 0
+            })
+        );
     }
 
     #[test]
-    fn a_round_longer_than_a_sensor_may_be_silent_is_refused() {
+    fn a_round_longer_than_stale_after_is_refused() {
         assert_eq!(
             refusal(|c| c.stale_after = 249),
             ScheduleError::RoundTooLong {
@@ -361,7 +322,10 @@ mod tests {
         };
         assert_eq!(
             Schedule::try_new(crowd),
-            Err(ScheduleError::TooManyStations)
+            Err(ScheduleError::Size {
+                slots: 1,
+                stations: 256
+            })
         );
     }
 
@@ -369,15 +333,22 @@ mod tests {
     fn a_slot_without_time_is_refused() {
         assert_eq!(
             refusal(|c| c.slots[8].lasts = 0),
-            ScheduleError::EmptySlot { slot: 8 }
+            ScheduleError::TooShort { slot: 8, needed: 1 }
         );
     }
 
     #[test]
     fn slots_out_of_order_are_refused() {
-        let error = ScheduleError::OutOfOrder { slot: 9 };
-        assert_eq!(refusal(|c| c.slots[9].at = 129), error);
-        assert_eq!(refusal(|c| c.slots[9].at = 130), error, "two at once");
+        for at in [129, 130] {
+            assert_eq!(
+                refusal(|c| c.slots[9].at = at),
+                ScheduleError::Overrun {
+                    slot: 8,
+                    end: 140,
+                    limit: at
+                }
+            );
+        }
     }
 
     #[test]
@@ -387,7 +358,7 @@ mod tests {
             ScheduleError::Overrun {
                 slot: 8,
                 end: 173,
-                next: 172
+                limit: 172
             }
         );
     }
@@ -396,33 +367,33 @@ mod tests {
     fn a_slot_that_overruns_the_round_is_refused() {
         assert_eq!(
             refusal(|c| c.period = 249),
-            ScheduleError::RoundOverrun {
+            ScheduleError::Overrun {
                 slot: 14,
                 end: 250,
-                period: 249
+                limit: 249
             }
         );
         let beyond_16_bits =
             refusal(|c| c.slots[14] = Slot::new(u16::MAX, u16::MAX, Activity::Report));
         assert!(matches!(
             beyond_16_bits,
-            ScheduleError::RoundOverrun { end: 131_070, .. }
+            ScheduleError::Overrun { end: 131_070, .. }
         ));
     }
 
     #[test]
     fn a_slot_for_an_unknown_sensor_is_refused() {
         assert_eq!(
-            refusal(|c| c.slots[13].activity = Activity::Fuse(id(5))),
-            ScheduleError::UnknownSensor {
+            refusal(|c| c.slots[13].activity = Activity::Fuse(SensorId::new(5))),
+            ScheduleError::Impossible {
                 slot: 13,
-                sensor: id(5)
+                activity: Activity::Fuse(SensorId::new(5))
             }
         );
     }
 
     #[test]
-    fn a_sensor_is_not_told_to_do_what_it_cannot() {
+    fn an_activity_that_a_station_cannot_do_is_refused() {
         for activity in [
             Activity::Move(C),
             Activity::Start(C),
@@ -431,25 +402,25 @@ mod tests {
         ] {
             assert_eq!(
                 refusal(|c| c.slots[13].activity = activity),
-                ScheduleError::NotItsKind { slot: 13, activity }
+                ScheduleError::Impossible { slot: 13, activity }
             );
         }
     }
 
     #[test]
-    fn a_sensor_without_any_part_of_its_turn_is_refused() {
+    fn a_sensor_without_one_of_its_slots_is_refused() {
         for (slot, Slot { activity, .. }) in GOOD.slots.into_iter().enumerate() {
             if activity != Activity::Report {
                 assert_eq!(
                     refusal(|c| c.slots[slot].activity = Activity::Report),
-                    ScheduleError::NoTurn { activity }
+                    ScheduleError::NoSlot { activity }
                 );
             }
         }
     }
 
     #[test]
-    fn doing_the_same_twice_is_refused() {
+    fn the_same_activity_twice_is_refused() {
         for (first, Slot { activity, .. }) in GOOD.slots.into_iter().enumerate() {
             if activity != Activity::Report {
                 assert_eq!(
@@ -481,24 +452,24 @@ mod tests {
     }
 
     #[test]
-    fn a_head_gets_its_time_to_settle_after_the_slot_that_moves_it() {
+    fn a_head_has_time_to_settle_after_its_move() {
         assert_eq!(
             refusal(|c| c.slots[6].at = 100),
-            ScheduleError::Unsettled {
+            ScheduleError::TooEarly {
                 slot: 6,
-                sensor: A,
+                activity: Activity::Start(A),
                 ready: 101
             }
         );
     }
 
     #[test]
-    fn a_conversion_gets_its_70_ms() {
+    fn a_conversion_has_70_ms() {
         assert_eq!(
             refusal(|c| c.slots[9].at = 171),
-            ScheduleError::Unconverted {
+            ScheduleError::TooEarly {
                 slot: 9,
-                sensor: A,
+                activity: Activity::Read(A),
                 ready: 172
             }
         );
@@ -510,15 +481,14 @@ mod tests {
             refusal(|c| c.slots[2].lasts = 29),
             ScheduleError::TooShort {
                 slot: 2,
-                sensor: C,
-                longest: 30
+                needed: 30
             }
         );
     }
 
     #[test]
-    fn two_heads_that_measure_at_once_must_look_apart_in_every_step() {
-        // 18 directions of 5° ahead: 90° apart, and 95° where the one has flown back already.
+    fn heads_that_measure_at_once_point_apart_always() {
+        // 18 directions of 5° ahead: 90° apart, and 95° when one has returned to the start.
         let apart = |angle| {
             Schedule::try_new(ScheduleConfig {
                 apart: angle,
@@ -538,7 +508,7 @@ mod tests {
                 ..
             })
         ));
-        // The one looks at 90° to the right and the other ahead: the first step will do.
+        // Both point 90° to the right in the first step.
         assert_eq!(
             refusal(|c| c.stations[1] = head(0, 2)),
             ScheduleError::Interference {
@@ -547,7 +517,7 @@ mod tests {
                 step: 0
             }
         );
-        // A fixed one 30° to the left is passed by in the step before 24 · 5° − 90° = 30°.
+        // A fixed one at 30° is passed in the step before 24 · 5° − 90° = 30°.
         let fixed = Station {
             aim: Aim::Fixed(degrees(30)),
             ..head(0, 1)
@@ -568,7 +538,7 @@ mod tests {
     }
 
     #[test]
-    fn unlike_signals_do_not_disturb_each_other() {
+    fn different_signals_do_not_interfere() {
         let mut config = GOOD;
         config.stations[1] = head(0, 2);
         config.stations[1].signal = Signal::Sound;
@@ -579,7 +549,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sound_that_has_not_faded_disturbs_the_next_ranger() {
+    fn a_late_echo_disturbs_the_next_ranger() {
         // C measures until 32 ms, D from 62 ms.
         assert_eq!(
             refusal(|c| c.stations[2].fades = 31),
@@ -592,7 +562,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sound_that_has_not_faded_disturbs_the_next_round() {
+    fn a_late_echo_disturbs_the_next_round() {
         // D measures until 92 ms, C from 2 ms of the next round, which is 252 ms.
         let fading = |fades| {
             let mut config = GOOD;
@@ -611,7 +581,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sound_fades_before_the_same_rangers_next_turn() {
+    fn a_late_echo_disturbs_the_same_ranger() {
         let alone = |fades| {
             Schedule::try_new(ScheduleConfig {
                 period: 100,
@@ -625,11 +595,18 @@ mod tests {
             })
         };
         assert!(alone(70).is_ok());
-        assert_eq!(alone(71), Err(ScheduleError::StillFading { sensor: A }));
+        assert_eq!(
+            alone(71),
+            Err(ScheduleError::Interference {
+                first: A,
+                second: A,
+                step: 0
+            })
+        );
     }
 
     #[test]
-    fn sweeps_that_meet_in_too_many_ways_are_refused() {
+    fn sweeps_that_repeat_too_late_are_refused() {
         let with = |directions: [u16; 2]| {
             let mut config = GOOD;
             for (station, directions) in config.stations.iter_mut().zip(directions) {
@@ -661,7 +638,7 @@ mod tests {
         config
     };
 
-    /// What a driving round is refused with after `change`.
+    /// The error of the driving round after `change`.
     fn driving_refusal(change: impl FnOnce(&mut ScheduleConfig<15, 4>)) -> ScheduleError {
         let mut config = DRIVING;
         change(&mut config);
@@ -669,9 +646,9 @@ mod tests {
     }
 
     #[test]
-    fn a_round_steers_and_drives_once_all_is_fused() {
+    fn a_round_steers_after_all_sensors_are_fused() {
         assert!(Schedule::try_new(DRIVING).is_ok());
-        // Slot 12 fuses A: steering before it, control would not see what A saw.
+        // Slot 12 fuses A; steering before it would ignore the reading of A.
         let early = driving_refusal(|c| {
             c.slots[12].activity = Activity::Steer;
             c.slots[13].activity = Activity::Fuse(A);
@@ -697,27 +674,27 @@ mod tests {
     }
 
     #[test]
-    fn steering_without_driving_and_driving_without_steering_are_refused() {
+    fn steering_and_driving_need_each_other() {
         for (dropped, activity) in [(13, Activity::Steer), (14, Activity::Drive)] {
             assert_eq!(
                 driving_refusal(|c| c.slots[dropped].activity = Activity::Report),
-                ScheduleError::NoTurn { activity }
+                ScheduleError::NoSlot { activity }
             );
         }
     }
 
     #[test]
-    fn steering_twice_is_refused() {
+    fn steering_or_driving_twice_is_refused() {
         for activity in [Activity::Steer, Activity::Drive] {
             let twice = driving_refusal(|c| c.slots[8].activity = activity);
             assert!(
-                matches!(twice, ScheduleError::Twice { activity: told, .. } if told == activity)
+                matches!(twice, ScheduleError::Twice { activity: found, .. } if found == activity)
             );
         }
     }
 
     #[test]
-    fn a_refusal_says_which_and_what_to_do_in_one_line() {
+    fn errors_say_what_was_wrong_and_what_was_expected() {
         let refused = [
             refusal(|c| c.slots[9].at = 171),
             refusal(|c| c.slots[13].activity = Activity::Move(A)),
@@ -726,11 +703,11 @@ mod tests {
         assert_eq!(
             refused.map(|error| error.to_string()),
             [
-                "a sensor is read before its conversion is over: slot 9, sensor 1; begin it at 172 ms \
-                 or later",
-                "the same is done twice in a round: move sensor 1 in slots 0 and 13; drop one",
-                "two sensors look the same way at the same time: sensors 1 and 2 in round 0; measure \
-                 one after the other or shift a sweep",
+                "a sensor is read before its conversion has ended: slot 9, read sensor 1, expected \
+                 at 172 ms or later",
+                "an activity has two slots: move sensor 1 in slots 0 and 13",
+                "two sensors measure in one direction at the same time: sensors 1 and 2 in round 0; \
+                 measure one after the other or shift a sweep",
             ]
         );
     }

@@ -1,53 +1,53 @@
-//! What a round is made of: slots in time, and the stations of its sensors.
+//! The parts of a round: its slots, and the stations of its sensors.
 
 use crate::sensor::SensorId;
 use crate::transducer::Sweep;
 use crate::units::BinaryAngle;
 use core::fmt;
 
-/// A round before it is checked.
+/// A round; [`Schedule`](super::Schedule) checks it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ScheduleConfig<const SLOTS: usize, const STATIONS: usize> {
-    /// From the start of one round to the start of the next, in ms.
+    /// The time from the start of one round to the start of the next, in ms.
     pub period: u16,
-    /// For how long a sensor may be silent before its health calls it stale, in ms:
-    /// [`HealthConfig::stale_after`](crate::health::HealthConfig::stale_after).
+    /// The longest time without a reading of a sensor, in ms:
+    /// [`HealthRules::stale_after`](crate::health::HealthRules::stale_after).
     pub stale_after: u32,
-    /// How far apart two sensors of like signals must look at least if they measure at the same
-    /// time; above half a turn they may never.
+    /// The smallest angle between two sensors of one signal that measure at the same time; above half
+    /// a turn they may not.
     pub apart: BinaryAngle,
-    /// What is done, in the order of time.
+    /// The slots, sorted by their begin.
     pub slots: [Slot; SLOTS],
     /// The sensors, in the order of their numbers from 1.
     pub stations: [Station; STATIONS],
 }
 
-/// One thing that is done in a round.
+/// What is done in a slot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Activity {
-    /// Turn a pivoted sensor to where it looks in this round.
+    /// Turn a pivoted sensor to its direction in this round.
     Move(SensorId),
-    /// Start a conversion that goes on by itself.
+    /// Start a conversion, which goes on by itself.
     Start(SensorId),
-    /// Fetch what was converted.
+    /// Read the result of a conversion.
     Read(SensorId),
     /// Make a whole measurement.
     Measure(SensorId),
-    /// Take what was read or measured into the map.
+    /// Fuse the reading into the map.
     Fuse(SensorId),
-    /// Decide, from what was fused, how the wheels shall turn.
+    /// Compute the speeds of the wheels from the map and the readings.
     Steer,
-    /// Give the motors what was decided, at an instant that does not depend on how long deciding took.
+    /// Set the motors to these speeds, at a time that does not depend on how long computing took.
     Drive,
-    /// Tell the host how things are.
+    /// Send a report to the host.
     Report,
 }
 
 impl Activity {
-    /// Returns whose activity this is; `None` for what is no sensor's: [`Activity::Steer`],
-    /// [`Activity::Drive`] and [`Activity::Report`].
+    /// Returns the sensor of this activity; `None` for [`Activity::Steer`], [`Activity::Drive`] and
+    /// [`Activity::Report`].
     #[must_use]
     pub const fn sensor(self) -> Option<SensorId> {
         match self {
@@ -91,17 +91,17 @@ impl fmt::Display for Activity {
     }
 }
 
-/// When an activity begins, and how long it may take.
+/// An activity, when it begins and how long it may take.
 ///
 /// Units: milliseconds, which are the ticks of the round's clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Slot {
-    /// When it begins, in ms after the round's start.
+    /// The begin, in ms after the round's start.
     pub at: u16,
-    /// How long it may take, in ms; at least one.
+    /// The longest duration, in ms; at least 1.
     pub lasts: u16,
-    /// What is done.
+    /// The activity.
     pub activity: Activity,
 }
 
@@ -116,25 +116,25 @@ impl Slot {
         }
     }
 
-    /// Returns when it has ended, in ms after the round's start.
+    /// Returns the end, in ms after the round's start.
     #[must_use]
     pub const fn end(&self) -> u32 {
-        (self.at as u32).wrapping_add(self.lasts as u32) // two of 16 bits: no wrap
+        (self.at as u32).wrapping_add(self.lasts as u32) // two 16-bit numbers: no wrap
     }
 }
 
-/// A sensor as the schedule sees it: what time it needs, and where it looks.
+/// A sensor for the schedule: its times and its direction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Station {
-    /// What it sends out; only like signals disturb each other.
+    /// What it sends out; only sensors of one signal disturb each other.
     pub signal: Signal,
-    /// Where it looks, as seen from the robot.
+    /// Its direction in the robot's frame.
     pub aim: Aim,
     /// How it measures.
     pub measuring: Measuring,
-    /// How long its signal may still be heard by others after it has measured, in ms: the late
-    /// echoes of a sound. Light has none.
+    /// How long other sensors may receive its signal after it has measured, in ms: the late echoes of
+    /// sound. 0 for light.
     pub fades: u16,
 }
 
@@ -158,28 +158,28 @@ impl Signal {
     }
 }
 
-/// Where a sensor looks, in a frame that all stations of a schedule share.
+/// The direction of a sensor, in a frame that all stations of a schedule share.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Aim {
-    /// It sits on a pivoted head, which is moved once a round: in round n to step n of its sweep.
+    /// On a pivoted head, which moves once a round: in round n to step n of its sweep.
     Sweeping {
-        /// Where the head goes.
+        /// The directions of the head.
         sweep: Sweep,
-        /// Which of the sweep's heads it is, from 0.
+        /// The index of the head, from 0.
         slot: u16,
-        /// How many equally phased heads share the sweep.
+        /// The number of equally phased heads that share the sweep.
         heads: u16,
-        /// How long the head needs to come to rest, in ms after the end of the slot that moves it:
-        /// the worst case, which is the flight back from the sweep's end to its start.
+        /// How long the head takes to settle, in ms after the end of the slot that moves it: the worst
+        /// case, which is the move from the sweep's end back to its start.
         settle: u16,
     },
-    /// It cannot be moved.
+    /// Fixed.
     Fixed(BinaryAngle),
 }
 
 impl Aim {
-    /// Returns where it looks in round `step`.
+    /// Returns the direction in round `step`.
     #[must_use]
     pub const fn direction(&self, step: u32) -> BinaryAngle {
         match self {
@@ -190,7 +190,7 @@ impl Aim {
         }
     }
 
-    /// After how many rounds it looks the same ways again.
+    /// Returns the number of rounds after which the directions repeat.
     pub(super) const fn repeats_after(&self) -> u32 {
         match self {
             Self::Sweeping { sweep, .. } => sweep.directions() as u32,
@@ -199,19 +199,19 @@ impl Aim {
     }
 }
 
-/// How a sensor measures, and what time that takes.
+/// How a sensor measures, and how long that takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Measuring {
     /// It is started in one slot and read in a later one.
     Apart {
-        /// Ms from the end of the first to the begin of the second: 70 for a GP2D02.
+        /// The time from the end of the first to the begin of the second, in ms: 70 for a GP2D02.
         conversion: u16,
     },
     /// The whole measurement is made in one slot.
     Whole {
-        /// Ms that the slot must last at least, so that also the longest measurement fits: the way
-        /// of the sound to the end of its range and back.
+        /// The longest measurement, in ms, which the slot must last: sound takes it to the end of the
+        /// range and back.
         longest: u16,
     },
 }

@@ -1,4 +1,4 @@
-//! From the byte of a triangulating infrared sensor to millimetres.
+//! Converts the byte of a triangulating infrared sensor to millimetres.
 
 use super::reading::Reading;
 use crate::units::Millimeters;
@@ -7,10 +7,10 @@ use fixed::types::U8F8;
 
 /// The inverse characteristic of one GP2D02: raw ≈ a / (d + b) + c.
 ///
-/// Possession proves that the parameters were checked: `a` is positive and the range is not empty.
-/// Every unit has its own: real ones differ by up to 48 counts at 80 cm.
+/// The parameters are checked: `a` is positive and the range is not empty. Every unit needs its own
+/// calibration: real units differ by up to 48 counts at 80 cm.
 ///
-/// Order and cost: one division of 32 bits a reading.
+/// Cost: one division of 32 bits a reading.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Calibration {
@@ -31,29 +31,59 @@ pub enum CalibrationError {
     EmptyRange,
 }
 
-impl fmt::Display for CalibrationError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
+impl CalibrationError {
+    const fn message(self) -> &'static str {
+        match self {
             Self::Slope => "the slope must be above zero and at most 8388607 count-millimetres",
             Self::EmptyRange => "the nearest distance must be below the farthest",
-        })
+        }
+    }
+}
+
+impl fmt::Display for CalibrationError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.message())
     }
 }
 
 impl core::error::Error for CalibrationError {}
 
 impl Calibration {
-    /// Largest slope, in count-millimetres: 2^23 − 1, eight bits being kept for the fraction.
+    /// Largest slope, in count-millimetres: 2^23 − 1, as eight bits are kept for the fraction.
     pub const MAX_SLOPE: u32 = (1 << 23) - 1;
+
+    /// Creates the characteristic raw ≈ `slope` / (d + `offset`) + `floor` for distances from
+    /// `nearest` to `farthest`, for constants.
+    ///
+    /// Units: `slope` in count-millimetres (a GP2D02 has about 13 000), `floor` in counts.
+    ///
+    /// # Panics
+    ///
+    /// For parameters that [`Self::try_new`] refuses: a constant then does not build. Use that at
+    /// run time.
+    #[expect(clippy::panic, reason = "refuses a constant at compile time")]
+    #[must_use]
+    pub const fn new(
+        slope: u32,
+        offset: Millimeters,
+        floor: U8F8,
+        nearest: Millimeters,
+        farthest: Millimeters,
+    ) -> Self {
+        match Self::try_new(slope, offset, floor, nearest, farthest) {
+            Ok(calibration) => calibration,
+            Err(error) => panic!("{}", error.message()),
+        }
+    }
 
     /// Creates the characteristic raw ≈ `slope` / (d + `offset`) + `floor` for distances from
     /// `nearest` to `farthest`.
     ///
-    /// Units: `slope` in count-millimetres (a GP2D02 has about 13 000), `floor` in counts.
+    /// Units: as for [`Self::new`].
     ///
     /// # Errors
     ///
-    /// [`CalibrationError`] names the parameter that cannot be.
+    /// [`CalibrationError`] says which parameter is out of range.
     pub const fn try_new(
         slope: u32,
         offset: Millimeters,
@@ -76,38 +106,42 @@ impl Calibration {
         })
     }
 
-    /// Returns the shortest distance the sensor can tell.
+    /// Returns the shortest distance that the sensor can measure.
     #[must_use]
     pub const fn nearest(&self) -> Millimeters {
         self.nearest
     }
 
-    /// Returns the longest distance the sensor can tell.
+    /// Returns the longest distance that the sensor can measure.
     #[must_use]
     pub const fn farthest(&self) -> Millimeters {
         self.farthest
     }
 
-    /// Returns what the raw byte says.
+    /// Converts a raw byte to a reading.
     ///
     /// Formula: d = a / (raw − c) − b. Rounds to the nearest millimetre, ties up. Below the range
-    /// the reading is [`Reading::TooNear`], above it or at no signal at all [`Reading::NoObject`].
+    /// the reading is [`Reading::TooNear`]; above it, and for raw ≤ c, [`Reading::NoObject`].
     ///
     /// ```
     /// use certainty_core::transducer::{Calibration, Reading};
     /// use certainty_core::units::Millimeters;
     /// use fixed::types::U8F8;
     ///
-    /// let mm = Millimeters::new;
-    /// let unit = Calibration::try_new(13_000, mm(0), U8F8::lit("60"), mm(100), mm(800))?;
-    /// assert_eq!(unit.reading(86), Reading::Echo(mm(500)));
-    /// assert_eq!(unit.reading(255), Reading::TooNear);
-    /// assert_eq!(unit.reading(60), Reading::NoObject);
-    /// # Ok::<(), certainty_core::transducer::CalibrationError>(())
+    /// const UNIT: Calibration = Calibration::new(
+    ///     13_000,
+    ///     Millimeters::ZERO,
+    ///     U8F8::lit("60"),
+    ///     Millimeters::new(100),
+    ///     Millimeters::new(800),
+    /// );
+    /// assert_eq!(UNIT.reading(86), Reading::Echo(Millimeters::new(500)));
+    /// assert_eq!(UNIT.reading(255), Reading::TooNear);
+    /// assert_eq!(UNIT.reading(60), Reading::NoObject);
     /// ```
     #[must_use]
     pub const fn reading(&self, raw: u8) -> Reading {
-        // Both in steps of 1/256 count: exact.
+        // Both in steps of 1/256 count, which is exact.
         let signal = ((raw as u32) << 8).saturating_sub(self.floor as u32);
         let scaled = self.slope << 8;
         let Some(reach) = scaled.wrapping_add(signal / 2).checked_div(signal) else {
@@ -166,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_is_refused() {
+    fn bad_parameters_are_refused() {
         let floor = U8F8::ZERO;
         assert_eq!(
             Calibration::try_new(0, mm(0), floor, mm(1), mm(2)),

@@ -1,4 +1,4 @@
-//! The transducer level: what a range sensor says, and how its words become millimetres.
+//! The transducer level: readings of range sensors, their calibration and their plausibility.
 
 mod calibration;
 mod fluctuation;

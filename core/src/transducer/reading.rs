@@ -1,23 +1,23 @@
-//! A range reading that says why it is what it is.
+//! The result of one range measurement.
 
 use crate::units::Millimeters;
 use core::fmt;
 
-/// What one measurement of a range sensor says.
+/// The result of one measurement of a range sensor.
 ///
-/// The four cases never share a number: *nothing there* is no large distance, *too near* no small
-/// one, and a sensor that did not answer says nothing about the world.
+/// No case is encoded as a special distance: *no object* is not a large distance, *too near* not a
+/// small one, and a missing reading says nothing about the surroundings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Reading {
     /// The nearest object in the beam is this far away.
     Echo(Millimeters),
-    /// No object within the sensor's range.
+    /// There is no object within the sensor's range.
     NoObject,
-    /// An object, but nearer than the sensor can tell how near.
+    /// There is an object nearer than the shortest distance that the sensor can measure.
     TooNear,
-    /// No measurement.
+    /// There is no measurement.
     Missing(Missing),
 }
 
@@ -28,11 +28,11 @@ pub enum Reading {
 pub enum Missing {
     /// The sensor did not answer in time.
     Timeout,
-    /// The line to the sensor failed.
+    /// The connection to the sensor failed.
     Bus,
-    /// The sensor answered with something that cannot be.
+    /// The sensor gave a value that validation rejects.
     Implausible,
-    /// The sensor was not asked: its turn came too late.
+    /// The sensor was not triggered: its slot in the round came too late.
     Late,
 }
 
@@ -40,9 +40,9 @@ impl fmt::Display for Missing {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Timeout => "no answer in time",
-            Self::Bus => "line failed",
+            Self::Bus => "connection failed",
             Self::Implausible => "implausible answer",
-            Self::Late => "not asked in time",
+            Self::Late => "not triggered in time",
         })
     }
 }

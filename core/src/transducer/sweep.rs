@@ -1,4 +1,4 @@
-//! The directions a pivoted sensor looks in, one after the other.
+//! The sequence of directions of a pivoted sensor.
 
 use crate::narrow::wrapping_u16;
 use crate::units::BinaryAngle;
@@ -6,10 +6,12 @@ use core::fmt;
 
 /// A sweep from one direction to another in equal steps, then from the start again.
 ///
-/// All sensors that share a sweep turn at the same pace, each ahead of the next by a phase, so that
-/// no two of them ever look the same way at once: infrared sensors would see each other's light
-/// (\[000\] §3). That is why the head flies back at the end and does not sweep backwards: two heads
-/// that swing to and fro must meet.
+/// Sensors that share a sweep turn at the same pace, each ahead of the next by a phase, so that no two
+/// of them point in the same direction at once: infrared sensors would detect each other's light
+/// (\[000\] §3). For the same reason the head returns to the start in one move at the end and does not
+/// sweep backwards: two heads that sweep to and fro would meet.
+///
+/// Invariant: all directions of one sweep differ.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Sweep {
@@ -22,18 +24,24 @@ pub struct Sweep {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum SweepError {
-    /// There is no direction to look in.
+    /// The number of directions is zero.
     NoDirection,
     /// Two of the directions would be the same.
     TooDense,
 }
 
+impl SweepError {
+    const fn message(self) -> &'static str {
+        match self {
+            Self::NoDirection => "a sweep needs at least one direction",
+            Self::TooDense => "the directions of a sweep must be at least 1/65536 of a turn apart",
+        }
+    }
+}
+
 impl fmt::Display for SweepError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::NoDirection => "a sweep needs at least one direction",
-            Self::TooDense => "the sweep is too narrow for so many directions",
-        })
+        f.write_str(self.message())
     }
 }
 
@@ -41,11 +49,27 @@ impl core::error::Error for SweepError {}
 
 impl Sweep {
     /// Creates a sweep of `directions` directions from `first` counter-clockwise to `last`, both
+    /// included, for constants.
+    ///
+    /// # Panics
+    ///
+    /// For parameters that [`Self::try_new`] refuses: a constant then does not build. Use that at
+    /// run time.
+    #[expect(clippy::panic, reason = "refuses a constant at compile time")]
+    #[must_use]
+    pub const fn new(first: BinaryAngle, last: BinaryAngle, directions: u16) -> Self {
+        match Self::try_new(first, last, directions) {
+            Ok(sweep) => sweep,
+            Err(error) => panic!("{}", error.message()),
+        }
+    }
+
+    /// Creates a sweep of `directions` directions from `first` counter-clockwise to `last`, both
     /// included.
     ///
     /// # Errors
     ///
-    /// [`SweepError::NoDirection`] for no directions, [`SweepError::TooDense`] where two of them
+    /// [`SweepError::NoDirection`] if `directions` is zero, [`SweepError::TooDense`] if two of them
     /// would be the same.
     pub const fn try_new(
         first: BinaryAngle,
@@ -70,7 +94,7 @@ impl Sweep {
         self.directions
     }
 
-    /// Returns the direction at `step` of a head that is `slot` of `heads` equally phased ones.
+    /// Returns the direction at `step` of head `slot`, from 0, of `heads` equally phased ones.
     ///
     /// Rounds to the nearest step of the angle, ties up.
     ///
@@ -79,10 +103,9 @@ impl Sweep {
     /// use certainty_core::units::BinaryAngle;
     ///
     /// let degrees = |d: i32| BinaryAngle::from_millidegrees(d * 1000);
-    /// let sweep = Sweep::try_new(degrees(-90), degrees(90), 13)?;
+    /// let sweep = Sweep::new(degrees(-90), degrees(90), 13);
     /// assert_eq!(sweep.direction(0, 0, 3), degrees(-90));
     /// assert_eq!(sweep.direction(2, 1, 3), degrees(0)); // four directions ahead of the first
-    /// # Ok::<(), certainty_core::transducer::SweepError>(())
     /// ```
     #[must_use]
     pub const fn direction(&self, step: u32, slot: u16, heads: u16) -> BinaryAngle {
@@ -93,7 +116,7 @@ impl Sweep {
         } else {
             1
         };
-        // At most 65534 times 65535 and half of 65534: 32 bits hold it. No divisor is zero.
+        // At most 65534 · 65535 + 65534 / 2, which fits 32 bits. No divisor is zero.
         let phase = quotient((slot as u32).wrapping_mul(directions), heads);
         let index = remainder(
             remainder(step, directions).wrapping_add(remainder(phase, directions)),
@@ -107,7 +130,7 @@ impl Sweep {
     }
 }
 
-/// `a / b`, or 0 where `b` is zero.
+/// `a / b`, or 0 if `b` is zero.
 const fn quotient(a: u32, b: u32) -> u32 {
     match a.checked_div(b) {
         Some(quotient) => quotient,
@@ -115,7 +138,7 @@ const fn quotient(a: u32, b: u32) -> u32 {
     }
 }
 
-/// `a % b`, or 0 where `b` is zero.
+/// `a % b`, or 0 if `b` is zero.
 const fn remainder(a: u32, b: u32) -> u32 {
     match a.checked_rem(b) {
         Some(remainder) => remainder,
@@ -132,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn no_two_heads_ever_look_the_same_way_at_once() {
+    fn no_two_heads_share_a_direction_at_once() {
         for (directions, heads) in [(13, 3), (13, 4), (13, 5), (37, 3), (37, 7), (7, 7)] {
             let sweep = Sweep::try_new(degrees(-90), degrees(90), directions).unwrap();
             let pace = 180_000 / i32::from(directions - 1);
@@ -151,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn every_head_looks_everywhere_once_a_sweep() {
+    fn every_head_takes_each_direction_once_a_sweep() {
         let sweep = Sweep::try_new(degrees(-90), degrees(90), 13).unwrap();
         for slot in 0..3 {
             let mut seen = [false; 13];
@@ -168,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_swept_is_refused() {
+    fn bad_sweeps_are_refused() {
         assert_eq!(
             Sweep::try_new(degrees(0), degrees(30), 0),
             Err(SweepError::NoDirection)

@@ -1,38 +1,38 @@
-//! Local sensor validation: what one sensor's own readings say about it (\[002\] Fig. 1).
+//! Local sensor validation: checks a sensor's readings against its own limits and earlier readings
+//! (\[002\] Fig. 1).
 //!
-//! A [`Validator`] labels readings; what it cannot believe goes on as *missing*, so the sensor's
-//! health hears of it and the map does not. It knows one sensor: a wrong distance that could be
-//! right is found only by other sensors, which is what the robust grid is for.
+//! A [`Validator`] labels readings. An implausible one is passed on as *missing*, so it counts in the
+//! sensor's health and changes nothing in the map. A validator reads one sensor only: a wrong distance
+//! that is plausible is found by comparing sensors, as [`RobustGrid`](crate::fusion::RobustGrid) does.
 //!
-//! [`Fluctuation`] is for a sensor that may be asked again and again in one direction: it tells *no
-//! object* from an echo by how much the answers differ (\[001\] §6.1).
+//! For a sensor that can be sampled repeatedly in one direction,
+//! [`Fluctuation`](super::Fluctuation) distinguishes *no object* from an echo (\[001\] §6.1).
 
 use super::reading::{Missing, Reading};
-use crate::narrow::wrapping_u16;
 use crate::units::{BinaryAngle, Millimeters, Ticks};
 use core::fmt;
 
-/// What a [`Validator`] thinks of a reading.
+/// The label that a [`Validator`] gives a reading.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Finding {
-    /// Nothing speaks against it.
+    /// No rule is broken.
     Plausible,
-    /// In the same direction something else was seen shortly before, and no motion explains the
-    /// change. A label: the reading stays.
+    /// It differs from a recent reading in the same direction by more than motion explains. The
+    /// reading is unchanged.
     Jump,
-    /// An echo from where the sensor cannot see. The reading becomes *missing*, implausible.
+    /// An echo outside the sensor's range. The reading becomes *missing*, implausible.
     OutOfRange,
-    /// The same raw word has claimed an echo in too many directions one after the other. The
-    /// reading becomes *missing*, implausible.
+    /// The same raw byte gave an echo in too many successive directions. The reading becomes
+    /// *missing*, implausible.
     StuckAt,
-    /// There was no reading; its reason stays.
+    /// There was no reading. Its reason is unchanged.
     Missing,
 }
 
 impl Finding {
-    /// All of them.
+    /// All findings.
     pub const ALL: [Self; 5] = [
         Self::Plausible,
         Self::Jump,
@@ -54,15 +54,15 @@ impl fmt::Display for Finding {
     }
 }
 
-/// A reading with what was found; what the fusion level is told.
+/// A reading for the fusion level, and its finding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[must_use]
 pub struct Validated {
-    /// The reading as it goes on.
+    /// The reading to fuse: *missing* if the finding says so, else the original.
     pub reading: Reading,
-    /// Why it does so.
+    /// The finding.
     pub finding: Finding,
 }
 
@@ -74,7 +74,7 @@ pub struct Validated {
 pub struct FindingCounts([u16; Finding::ALL.len()]);
 
 impl FindingCounts {
-    /// None was made yet.
+    /// No findings.
     const NONE: Self = Self([0; Finding::ALL.len()]);
 
     /// Returns how often `finding` was made.
@@ -83,7 +83,7 @@ impl FindingCounts {
         self.0.get(finding as usize).copied().unwrap_or_default()
     }
 
-    /// Counts one more.
+    /// Adds one to the count of `finding`.
     fn record(&mut self, finding: Finding) {
         if let Some(count) = self.0.get_mut(finding as usize) {
             *count = count.saturating_add(1);
@@ -91,34 +91,35 @@ impl FindingCounts {
     }
 }
 
-/// What a sensor's readings are held to, before it is checked.
+/// The limits for a sensor's readings; [`ValidationRules`] checks them.
 ///
-/// No paper gives numbers.
+/// The papers give no numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ValidationConfig {
-    /// The shortest distance the sensor can tell.
+    /// The shortest distance that the sensor can measure.
     pub nearest: Millimeters,
-    /// The longest.
+    /// The longest distance that the sensor can measure.
     pub farthest: Millimeters,
-    /// A change in one direction up to here is none: what noise alone can make of two readings.
+    /// The largest change in one direction that noise alone can cause; a larger one is a jump unless
+    /// motion explains it.
     pub jump: Millimeters,
-    /// How fast things come nearer or go away, robot included, in mm/s.
+    /// The highest speed at which objects approach or recede, the robot's own included, in mm/s.
     pub speed_mm_s: u16,
-    /// A reading is compared with one that is at most so many ms old. Longer than a sweep, or a
-    /// swept sensor's never are.
+    /// The greatest age of a reading to compare with, in ms. For a swept sensor longer than a sweep,
+    /// or no reading is ever compared.
     pub compare_within: u32,
-    /// So many looks in new directions one after the other may give the same raw word.
-    pub same_word: u16,
+    /// The greatest number of successive directions with an echo of the same raw byte.
+    pub max_repeats: u16,
 }
 
 impl ValidationConfig {
-    /// A swept infrared sensor that comes to the same direction again after `sweep_ms`.
+    /// The limits of a swept infrared sensor that returns to the same direction after `sweep_ms`.
     ///
-    /// A jump is half of the range, as a unit that errs by 12 % (\[001\] Table 1, D) makes two
-    /// readings of 80 cm differ by more than that once in a hundred times. A word is stuck after a
-    /// whole sweep of `directions`: sound sensors see the same distance all the way round only from
-    /// the middle of a circle, and a flat wall gives a GP2D02 the same byte over at most 40°.
+    /// The jump is half of the range, because of two readings at 80 cm by a unit with an error of
+    /// 12 % (\[001\] Table 1, D) one in a hundred pairs differs by more. A byte may repeat for a whole
+    /// sweep of `directions`: correct sensors measure the same distance in all directions only at the
+    /// centre of a circle, and a flat wall gives a GP2D02 the same byte over at most 40°.
     #[must_use]
     pub const fn sweeping(
         nearest: Millimeters,
@@ -133,15 +134,15 @@ impl ValidationConfig {
             jump: Millimeters::new(farthest.saturating_sub(nearest).get() / 2),
             speed_mm_s,
             compare_within: sweep_ms.saturating_add(sweep_ms / 2),
-            same_word: directions,
+            max_repeats: directions,
         }
     }
 }
 
-/// The checked [`ValidationConfig`].
+/// A checked [`ValidationConfig`].
 ///
-/// Possession proves that the range is not empty and fits 16 bits, that a jump is above zero, and
-/// that at least one look may repeat a word.
+/// Invariant: the range is not empty and fits 16 bits, and the jump and the number of repeats are
+/// above zero.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ValidationRules(ValidationConfig);
@@ -150,40 +151,63 @@ pub struct ValidationRules(ValidationConfig);
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ValidationError {
-    /// The nearest distance is not below the farthest, or that is above 65,535 mm.
+    /// The nearest distance is not below the farthest, or the farthest is above 65,535 mm.
     Range,
-    /// Every change would be a jump.
+    /// The jump is zero, so that every change would be one.
     Jump,
-    /// Every echo would be stuck.
-    SameWord,
+    /// The number of repeats is zero, so that every echo would be stuck.
+    Repeats,
+}
+
+impl ValidationError {
+    const fn message(self) -> &'static str {
+        match self {
+            Self::Range => {
+                "the nearest distance must be below the farthest, the farthest at most 65535 mm"
+            }
+            Self::Jump => "the jump must be above 0 mm",
+            Self::Repeats => "the number of repeats must be above 0",
+        }
+    }
 }
 
 impl fmt::Display for ValidationError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Range => "the nearest distance must be below the farthest, that at most 65535 mm",
-            Self::Jump => "a jump must be above 0 mm, or noise is one",
-            Self::SameWord => "a word may be repeated at least once, or every echo is stuck",
-        })
+        f.write_str(self.message())
     }
 }
 
 impl core::error::Error for ValidationError {}
 
 impl ValidationRules {
+    /// Checks the configuration, for constants.
+    ///
+    /// # Panics
+    ///
+    /// For a configuration that [`Self::try_new`] refuses: a constant then does not build. Use that
+    /// at run time.
+    #[expect(clippy::panic, reason = "refuses a constant at compile time")]
+    #[must_use]
+    pub const fn new(config: ValidationConfig) -> Self {
+        match Self::try_new(config) {
+            Ok(rules) => rules,
+            Err(error) => panic!("{}", error.message()),
+        }
+    }
+
     /// Checks the configuration.
     ///
     /// # Errors
     ///
-    /// [`ValidationError`] names what cannot be.
+    /// [`ValidationError`] says which limit is out of range.
     pub const fn try_new(config: ValidationConfig) -> Result<Self, ValidationError> {
         let farthest = config.farthest.get();
         if config.nearest.get() >= farthest || farthest > u16::MAX as u32 {
             Err(ValidationError::Range)
         } else if config.jump.get() == 0 {
             Err(ValidationError::Jump)
-        } else if config.same_word == 0 {
-            Err(ValidationError::SameWord)
+        } else if config.max_repeats == 0 {
+            Err(ValidationError::Repeats)
         } else {
             Ok(Self(config))
         }
@@ -195,29 +219,28 @@ impl ValidationRules {
         &self.0
     }
 
-    /// The largest change that motion explains in so many milliseconds.
+    /// The largest change that noise and `age` milliseconds of motion explain.
     fn explained(&self, age: u32) -> Millimeters {
-        // 32 by 16 bits, and fewer than 2^32 mm in the end.
+        // 32 by 16 bits.
         let moved = u64::from(age).wrapping_mul(self.0.speed_mm_s.into()) / 1000;
-        let moved = Millimeters::new(u32::try_from(moved).unwrap_or(u32::MAX));
-        self.0.jump.saturating_add(moved)
+        self.0.jump + Millimeters::from_saturating(moved)
     }
 }
 
-/// Watches one sensor.
+/// Validates the readings of one sensor.
 ///
 /// - **Out of range**: an echo nearer than the sensor's nearest or farther than its farthest
 ///   distance. It becomes *missing*.
-/// - **Stuck**: the same raw word claims an echo in more than [`ValidationConfig::same_word`]
-///   directions one after the other. It becomes *missing*, until another word comes. A word that
-///   claims no echo is never stuck: a sound unit that sees nothing gives the same byte for a whole
-///   sweep. Nor is a fixed sensor, which may look at a wall for hours, or one without raw words.
-/// - **Jump**: one look is remembered until the sensor looks the same way again, then the next one
-///   is. So a swept sensor has one direction compared in each sweep, all of them over time, and a
-///   fixed sensor every reading. Neighbouring directions are not compared: at the edge of an object
-///   they differ by any distance. A label only, as something may have walked into the beam. *No
-///   object* and *too near* are compared by what they prove: beyond the farthest and before the
-///   nearest distance.
+/// - **Stuck**: the same raw byte gives an echo in more than [`ValidationConfig::max_repeats`]
+///   successive directions. It becomes *missing*, until another byte comes. A byte that gives no echo
+///   is never stuck: a correct unit without an object in range gives the same byte for a whole sweep.
+///   A fixed sensor, which may face a wall for hours, is never stuck, nor one without raw bytes.
+/// - **Jump**: one reading is remembered until the sensor returns to its direction, then the next one
+///   is. So a swept sensor has one direction compared in each sweep, and all of them over time; a
+///   fixed sensor has every reading compared. Neighbouring directions are not compared: at the edge
+///   of an object they differ by any distance. The reading is unchanged, because an object may have
+///   moved into the beam. *No object* counts as the farthest distance or more, *too near* as the
+///   nearest or less.
 ///
 /// Memory: 24 bytes. Cost: comparisons and one multiplication of 64 bits a reading.
 ///
@@ -229,7 +252,7 @@ impl ValidationRules {
 ///
 /// let mm = Millimeters::new;
 /// let config = ValidationConfig::sweeping(mm(100), mm(800), 500, 37, 9250);
-/// let rules = ValidationRules::try_new(config)?;
+/// let rules = ValidationRules::new(config);
 /// let mut validator = Validator::new();
 ///
 /// let ahead = BinaryAngle::QUARTER;
@@ -237,7 +260,6 @@ impl ValidationRules {
 /// assert_eq!(far.finding, Finding::OutOfRange);
 /// assert_eq!(far.reading, Reading::Missing(Missing::Implausible));
 /// assert_eq!(validator.counts().of(Finding::OutOfRange), 1);
-/// # Ok::<(), certainty_core::transducer::ValidationError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -248,13 +270,13 @@ pub struct Validator {
     remembered_distance: u16,
     counts: FindingCounts,
     bearing: BinaryAngle,
-    /// Looks in new directions that gave `word`.
-    same: u16,
-    word: u8,
+    /// Successive directions with an echo of the byte `repeated`.
+    repeats: u16,
+    repeated: u8,
     remembered: Remembered,
 }
 
-/// What kind of reading is remembered.
+/// The kind of the remembered reading.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 enum Remembered {
@@ -265,7 +287,7 @@ enum Remembered {
 }
 
 impl Validator {
-    /// Creates the watch of a sensor that has said nothing yet.
+    /// Creates the validator of a sensor without readings yet.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -274,20 +296,20 @@ impl Validator {
             remembered_distance: 0,
             counts: FindingCounts::NONE,
             bearing: BinaryAngle::ZERO,
-            same: 0,
-            word: 0,
+            repeats: 0,
+            repeated: 0,
             remembered: Remembered::Nothing,
         }
     }
 
-    /// Judges a reading, and says what goes on instead of one that cannot be believed.
+    /// Labels a reading and replaces an implausible one by *missing*.
     ///
-    /// `raw` is the word that the reading was made from, if the sensor has one; `bearing` is where
-    /// the sensor looked, in the frame in which the scene rests: the map's where the robot turns.
+    /// `raw` is the byte that the reading was converted from, if the sensor has one; `bearing` is the
+    /// direction of the beam in the frame in which the surroundings rest: the map's if the robot turns.
     /// The same direction must be the same angle to the bit, as those of a
-    /// [`Sweep`](crate::transducer::Sweep) are.
+    /// [`Sweep`](super::Sweep) are.
     ///
-    /// Out of range comes before stuck, and that before a jump.
+    /// The first rule that is broken gives the label: out of range, stuck, jump.
     pub fn validate(
         &mut self,
         rules: &ValidationRules,
@@ -298,10 +320,10 @@ impl Validator {
     ) -> Validated {
         let config = rules.config();
         let finding = match reading {
-            // Nothing was seen: what was remembered stays.
+            // Nothing was measured: the remembered reading stays.
             Reading::Missing(_) => Finding::Missing,
             Reading::Echo(_) | Reading::NoObject | Reading::TooNear => {
-                let stuck = self.repeats(reading, raw, bearing) > config.same_word;
+                let stuck = self.count_repeats(reading, raw, bearing) > config.max_repeats;
                 let finding = match reading {
                     Reading::Echo(at) if at < config.nearest || at > config.farthest => {
                         Finding::OutOfRange
@@ -324,34 +346,34 @@ impl Validator {
         }
     }
 
-    /// Returns how often each finding was made.
+    /// Returns the number of readings with each finding.
     #[must_use]
     pub const fn counts(&self) -> FindingCounts {
         self.counts
     }
 
-    /// In how many directions one after the other the word has claimed an echo, this one included.
-    fn repeats(&mut self, reading: Reading, raw: Option<u8>, bearing: BinaryAngle) -> u16 {
-        self.same = match (reading, raw) {
-            (Reading::Echo(_), Some(word)) if self.same > 0 && word == self.word => {
-                // Asked again in the same direction, a sound sensor may say the same.
+    /// Returns in how many successive directions, this one included, the byte gave an echo.
+    fn count_repeats(&mut self, reading: Reading, raw: Option<u8>, bearing: BinaryAngle) -> u16 {
+        self.repeats = match (reading, raw) {
+            (Reading::Echo(_), Some(raw)) if self.repeats > 0 && raw == self.repeated => {
+                // Another measurement in the same direction may well give the same byte.
                 if bearing == self.bearing {
-                    self.same
+                    self.repeats
                 } else {
-                    self.same.saturating_add(1)
+                    self.repeats.saturating_add(1)
                 }
             }
-            (Reading::Echo(_), Some(word)) => {
-                self.word = word;
+            (Reading::Echo(_), Some(raw)) => {
+                self.repeated = raw;
                 1
             }
             _ => 0,
         };
-        self.same
+        self.repeats
     }
 
-    /// Whether the reading differs too much from the remembered one of this direction; remembers it
-    /// where that is due.
+    /// Returns whether the reading differs too much from the remembered one of this direction.
+    /// Remembers it if the memory is empty or too old, or if the sensor is fixed.
     fn jumps(
         &mut self,
         rules: &ValidationRules,
@@ -365,9 +387,9 @@ impl Validator {
         match known {
             Some(before) if bearing == self.remembered_bearing => {
                 if bearing == self.bearing {
-                    self.remember(reading, bearing, now); // a fixed sensor: compare with the latest
+                    self.remember(reading, bearing, now); // a fixed sensor: compare each with the last
                 } else {
-                    self.remembered = Remembered::Nothing; // a swept one: the next direction's turn
+                    self.remembered = Remembered::Nothing; // a swept one: remember the next direction
                 }
                 least_change(before, reading, config) > rules.explained(age)
             }
@@ -384,8 +406,8 @@ impl Validator {
         self.remembered_bearing = bearing;
         self.remembered = match reading {
             Reading::Echo(distance) => {
-                // In range, and that fits 16 bits.
-                self.remembered_distance = wrapping_u16(distance.get());
+                // An echo in range fits 16 bits.
+                self.remembered_distance = u16::try_from(distance.get()).unwrap_or(u16::MAX);
                 Remembered::Echo
             }
             Reading::NoObject => Remembered::NoObject,
@@ -412,19 +434,17 @@ impl Default for Validator {
     }
 }
 
-/// The least by which what was seen has changed.
+/// The smallest change of distance that explains both readings.
 fn least_change(before: Reading, after: Reading, config: &ValidationConfig) -> Millimeters {
-    // From where to where the object may be.
-    let span = |reading| match reading {
+    // The interval that the object is in.
+    let interval = |reading| match reading {
         Reading::Echo(distance) => (distance, distance),
         Reading::TooNear => (Millimeters::ZERO, config.nearest),
-        Reading::NoObject => (config.farthest, Millimeters::new(u32::MAX)),
-        Reading::Missing(_) => (Millimeters::ZERO, Millimeters::new(u32::MAX)),
+        Reading::NoObject => (config.farthest, Millimeters::MAX),
+        Reading::Missing(_) => (Millimeters::ZERO, Millimeters::MAX),
     };
-    let ((from, to), (nearest, farthest)) = (span(before), span(after));
-    nearest
-        .saturating_sub(to)
-        .max(from.saturating_sub(farthest))
+    let ((from, to), (nearest, farthest)) = (interval(before), interval(after));
+    (nearest - to).max(from - farthest)
 }
 
 #[cfg(test)]
@@ -442,10 +462,7 @@ mod tests {
     const ROUND_MS: u32 = 250;
     const CONFIG: ValidationConfig =
         ValidationConfig::sweeping(mm(100), mm(800), 0, DIRECTIONS, 37 * ROUND_MS);
-    const RULES: ValidationRules = match ValidationRules::try_new(CONFIG) {
-        Ok(rules) => rules,
-        Err(_) => panic!("no such rules"),
-    };
+    const RULES: ValidationRules = ValidationRules::new(CONFIG);
 
     fn degrees(degrees: i32) -> BinaryAngle {
         BinaryAngle::from_millidegrees(degrees * 1000)
@@ -459,7 +476,7 @@ mod tests {
         Calibration::try_new(13_000, mm(0), U8F8::lit("60"), mm(100), mm(800)).unwrap()
     }
 
-    /// A sensor on its head, round after round, with its validator.
+    /// A sensor on a pivoted head, round after round, with its validator.
     struct Head {
         validator: Validator,
         rules: ValidationRules,
@@ -496,7 +513,7 @@ mod tests {
                 .validate(&self.rules, reading, raw, bearing, now)
         }
 
-        fn hear(&mut self, raw: u8) -> Finding {
+        fn measure(&mut self, raw: u8) -> Finding {
             self.look(unit().reading(raw), Some(raw)).finding
         }
 
@@ -530,7 +547,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_missing_keeps_its_reason() {
+    fn a_missing_reading_keeps_its_reason() {
         let mut head = Head::new();
         for reason in [Missing::Timeout, Missing::Bus, Missing::Implausible] {
             let validated = head.look(Reading::Missing(reason), Some(0xFF));
@@ -541,7 +558,7 @@ mod tests {
     }
 
     #[test]
-    fn a_word_that_claims_an_echo_in_every_direction_of_a_sweep_and_one_more_is_stuck() {
+    fn the_same_byte_for_more_than_a_sweep_is_stuck() {
         let mut head = Head::new();
         for look in 1..=100 {
             let raw = 90;
@@ -550,32 +567,32 @@ mod tests {
             assert_eq!(validated.finding == Finding::StuckAt, stuck, "look {look}");
             assert_eq!(matches!(validated.reading, Reading::Missing(_)), stuck);
         }
-        // Another word and it is believed again.
-        assert_eq!(head.hear(95), Finding::Plausible);
+        // Another byte ends it.
+        assert_eq!(head.measure(95), Finding::Plausible);
         assert_eq!(head.count(Finding::StuckAt), 100 - DIRECTIONS);
     }
 
     #[test]
-    fn a_stuck_line_that_fails_now_and_then_is_still_stuck() {
+    fn missing_readings_do_not_end_being_stuck() {
         let mut head = Head::new();
         for _ in 0..DIRECTIONS {
-            head.hear(90);
+            head.measure(90);
             let _ = head.look(Reading::Missing(Missing::Timeout), None);
         }
-        assert_eq!(head.hear(90), Finding::StuckAt);
+        assert_eq!(head.measure(90), Finding::StuckAt);
     }
 
     #[test]
-    fn a_sound_sensor_that_sees_nothing_for_sweeps_is_not_stuck() {
+    fn no_object_for_ten_sweeps_is_not_stuck() {
         let mut head = Head::new();
         for _ in 0..10 * DIRECTIONS {
             assert_eq!(unit().reading(62), Reading::NoObject);
-            assert_eq!(head.hear(62), Finding::Plausible);
+            assert_eq!(head.measure(62), Finding::Plausible);
         }
     }
 
     #[test]
-    fn a_fixed_sensor_before_a_wall_is_not_stuck() {
+    fn a_fixed_sensor_at_a_wall_is_not_stuck() {
         let mut head = Head::new();
         for _ in 0..1000 {
             let ahead = BinaryAngle::QUARTER;
@@ -585,7 +602,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ranger_without_raw_words_is_not_stuck() {
+    fn a_sensor_without_raw_bytes_is_not_stuck() {
         let mut head = Head::new();
         for _ in 0..100 {
             let validated = head.look(Reading::Echo(mm(300)), None);
@@ -593,9 +610,9 @@ mod tests {
         }
     }
 
-    /// The reason for a whole sweep. Without noise, which would only help.
+    /// The reason for allowing a whole sweep; without noise, which would shorten the repeats.
     #[test]
-    fn a_flat_wall_gives_the_same_byte_over_40_degrees_at_most() {
+    fn a_wall_gives_the_same_byte_over_at_most_40_degrees() {
         let mut widest = 0;
         for wall in (100..800).map(f64::from) {
             let (mut same, mut last) = (0, 0);
@@ -612,9 +629,9 @@ mod tests {
     }
 
     #[test]
-    fn a_change_in_the_same_direction_beyond_what_motion_explains_is_a_jump() {
-        // Two looks 250 ms apart at 400 mm/s: half of 700 mm and 100 mm.
-        let judged = |distance: u32| {
+    fn a_change_that_motion_cannot_explain_is_a_jump() {
+        // Two readings 250 ms apart at 400 mm/s: half of 700 mm and 100 mm.
+        let validated = |distance: u32| {
             let mut head = Head::with(ValidationConfig {
                 speed_mm_s: 400,
                 ..CONFIG
@@ -623,15 +640,15 @@ mod tests {
             let _ = head.look_at(ahead, Reading::Echo(mm(200)), None);
             head.look_at(ahead, Reading::Echo(mm(distance)), None)
         };
-        assert_eq!(judged(650).finding, Finding::Plausible);
-        let jump = judged(651);
+        assert_eq!(validated(650).finding, Finding::Plausible);
+        let jump = validated(651);
         assert_eq!(jump.finding, Finding::Jump);
-        assert_eq!(jump.reading, Reading::Echo(mm(651)), "a label only");
+        assert_eq!(jump.reading, Reading::Echo(mm(651)), "unchanged");
     }
 
     #[test]
-    fn no_object_and_too_near_jump_by_what_they_prove() {
-        let judged = |before, after| {
+    fn no_object_and_too_near_jump_as_intervals() {
+        let jumps = |before, after| {
             let mut head = Head::new();
             let ahead = BinaryAngle::QUARTER;
             let _ = head.look_at(ahead, before, None);
@@ -648,13 +665,13 @@ mod tests {
             (Reading::NoObject, Reading::NoObject, false),
             (Reading::TooNear, Reading::TooNear, false),
         ] {
-            assert_eq!(judged(before, after), jump, "{before:?} to {after:?}");
-            assert_eq!(judged(after, before), jump, "{after:?} to {before:?}");
+            assert_eq!(jumps(before, after), jump, "{before:?} to {after:?}");
+            assert_eq!(jumps(after, before), jump, "{after:?} to {before:?}");
         }
     }
 
     #[test]
-    fn the_edges_of_objects_that_rest_are_no_jumps() {
+    fn the_edges_of_resting_objects_are_no_jumps() {
         let mut head = Head::new();
         for _ in 0..5 * DIRECTIONS {
             let near = head.round % u32::from(DIRECTIONS) % 4 < 2;
@@ -666,12 +683,12 @@ mod tests {
 
     /// One direction is compared a sweep, and the next one the sweep after.
     #[test]
-    fn a_jump_in_any_direction_of_a_sweep_is_found_in_time() {
+    fn a_jump_in_any_direction_is_found_in_time() {
         let directions = u32::from(DIRECTIONS);
         for restless in 0..directions {
             let mut head = Head::new();
             for _ in 0..(directions + 2) * directions {
-                // In this direction every sweep sees something else.
+                // In this direction every sweep measures another distance.
                 let (sweep, step) = (head.round / directions, head.round % directions);
                 let near = step == restless && sweep % 2 == 0;
                 let distance = if near { 150 } else { 700 };
@@ -683,8 +700,8 @@ mod tests {
     }
 
     #[test]
-    fn what_was_seen_too_long_ago_is_not_compared() {
-        let judged = |later: u32| {
+    fn an_old_reading_is_not_compared() {
+        let validated = |later: u32| {
             let mut validator = Validator::new();
             let mut validate = |distance, now| {
                 let reading = Reading::Echo(mm(distance));
@@ -693,8 +710,8 @@ mod tests {
             let _ = validate(150, 0);
             validate(700, later).finding
         };
-        assert_eq!(judged(CONFIG.compare_within), Finding::Jump);
-        assert_eq!(judged(CONFIG.compare_within + 1), Finding::Plausible);
+        assert_eq!(validated(CONFIG.compare_within), Finding::Jump);
+        assert_eq!(validated(CONFIG.compare_within + 1), Finding::Plausible);
     }
 
     #[test]
@@ -708,7 +725,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_is_refused() {
+    fn bad_limits_are_refused() {
         let refused = |config| ValidationRules::try_new(config).unwrap_err();
         let (nearest, jump) = (mm(800), mm(0));
         assert_eq!(
@@ -724,13 +741,13 @@ mod tests {
             refused(ValidationConfig { jump, ..CONFIG }),
             ValidationError::Jump
         );
-        let same_word = 0;
+        let max_repeats = 0;
         assert_eq!(
             refused(ValidationConfig {
-                same_word,
+                max_repeats,
                 ..CONFIG
             }),
-            ValidationError::SameWord
+            ValidationError::Repeats
         );
     }
 
@@ -744,29 +761,29 @@ mod tests {
     }
 
     proptest! {
-        /// Labels and counts, whatever comes: a reading changes exactly if its finding says so.
+        /// For any readings: one changes exactly if its finding says so, and every finding is counted.
         #[test]
-        fn nothing_is_dropped_silently(
+        fn findings_agree_with_the_definitions(
             looks in proptest::collection::vec(
                 (any_reading(), 88_u8..90, 0_i32..3, 0_u32..9000),
                 0..300,
             ),
-            same_word in 1_u16..6,
+            max_repeats in 1_u16..6,
         ) {
-            let rules = ValidationRules::try_new(ValidationConfig { same_word, ..CONFIG }).unwrap();
+            let rules = ValidationRules::try_new(ValidationConfig { max_repeats, ..CONFIG }).unwrap();
             let mut validator = Validator::new();
-            let mut made = [0_u16; Finding::ALL.len()];
+            let mut expected_counts = [0_u16; Finding::ALL.len()];
             let mut now = 0_u32;
-            let mut run = Vec::new(); // of words that claim an echo, each with its direction
+            let mut run = Vec::new(); // of bytes that give an echo, each with its direction
             for (reading, raw, bearing, later) in looks {
                 now = now.wrapping_add(later);
                 let Validated { reading: passed, finding } =
                     validator.validate(&rules, reading, Some(raw), degrees(bearing), Ticks::new(now));
-                made[finding as usize] += 1;
+                expected_counts[finding as usize] += 1;
 
                 match reading {
                     Reading::Echo(_) => {
-                        if run.last().is_some_and(|&(word, _)| word != raw) {
+                        if run.last().is_some_and(|&(byte, _)| byte != raw) {
                             run.clear();
                         }
                         run.push((raw, bearing));
@@ -777,7 +794,7 @@ mod tests {
                 }
                 let in_range =
                     !matches!(reading, Reading::Echo(d) if !(100..=800).contains(&d.get()));
-                let stuck = run.len() > usize::from(same_word)
+                let stuck = run.len() > usize::from(max_repeats)
                     && !matches!(reading, Reading::Missing(_));
                 let changed = !in_range || stuck;
                 let expected = if changed { Reading::Missing(Missing::Implausible) } else { reading };
@@ -788,7 +805,7 @@ mod tests {
                 prop_assert_eq!(finding == Finding::Missing, missing);
             }
             for finding in Finding::ALL {
-                prop_assert_eq!(validator.counts().of(finding), made[finding as usize]);
+                prop_assert_eq!(validator.counts().of(finding), expected_counts[finding as usize]);
             }
         }
     }

@@ -1,10 +1,19 @@
 //! Angles as fractions of a turn, and the directions they point in.
 
 use crate::narrow::{saturating_i32, wrapping_u16, wrapping_u32};
+use core::ops::{Add, AddAssign, Neg, Sub, SubAssign};
 
 /// An angle in steps of 1/65536 of a turn, counter-clockwise from +x.
 ///
-/// Units and range: one step is 0.0055°; addition wraps at the full turn, which is what angles do.
+/// Units and range: one step is 0.0055°; sums and differences wrap at the full turn.
+///
+/// ```
+/// use certainty_core::units::BinaryAngle;
+///
+/// assert_eq!(BinaryAngle::QUARTER + BinaryAngle::QUARTER, BinaryAngle::HALF);
+/// assert_eq!(BinaryAngle::HALF + BinaryAngle::HALF, BinaryAngle::ZERO);
+/// assert_eq!(-BinaryAngle::HALF, BinaryAngle::HALF);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -13,7 +22,7 @@ pub struct BinaryAngle(u16);
 
 /// Taylor coefficients of sin(z·π/2), in Q30: (−1)^k · (π/2)^(2k+1) / (2k+1)! for k = 0..=6.
 ///
-/// On 0 ≤ z ≤ 1 what is cut off stays under 10⁻⁹, which is one step of Q30.
+/// On 0 ≤ z ≤ 1 the remainder of the series stays under 10⁻⁹, which is one step of Q30.
 const SINE: [i64; 7] = [
     1_686_629_713,
     -693_598_668,
@@ -63,19 +72,19 @@ impl BinaryAngle {
         Self(wrapping_u16(wrapping_u32(steps)))
     }
 
-    /// Returns the sum, modulo a turn.
+    /// Returns the sum, modulo a turn. In a `const fn`; elsewhere write `+`.
     #[must_use]
     pub const fn wrapping_add(self, other: Self) -> Self {
         Self(self.0.wrapping_add(other.0))
     }
 
-    /// Returns the difference, modulo a turn.
+    /// Returns the difference, modulo a turn. In a `const fn`; elsewhere write `-`.
     #[must_use]
     pub const fn wrapping_sub(self, other: Self) -> Self {
         Self(self.0.wrapping_sub(other.0))
     }
 
-    /// Returns the angle between two directions, the short way round: at most half a turn.
+    /// Returns the smaller angle between two directions: at most half a turn.
     #[must_use]
     pub const fn separation(self, other: Self) -> Self {
         let difference = self.0.wrapping_sub(other.0);
@@ -85,7 +94,7 @@ impl BinaryAngle {
 
     /// Returns the unit vector in this direction.
     ///
-    /// Cost: 16 multiplications of 64 bits; once a reading, never once a cell.
+    /// Cost: 16 multiplications of 64 bits. Call it once a reading, not once a cell.
     #[must_use]
     pub const fn direction(self) -> Direction {
         Direction {
@@ -95,9 +104,50 @@ impl BinaryAngle {
     }
 }
 
-/// A unit vector, its parts in steps of 2^-30.
+/// Wraps at the full turn.
+impl Add for BinaryAngle {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        self.wrapping_add(other)
+    }
+}
+
+/// Wraps at the full turn.
+impl AddAssign for BinaryAngle {
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+/// Wraps at the full turn.
+impl Sub for BinaryAngle {
+    type Output = Self;
+
+    fn sub(self, other: Self) -> Self {
+        self.wrapping_sub(other)
+    }
+}
+
+/// Wraps at the full turn.
+impl SubAssign for BinaryAngle {
+    fn sub_assign(&mut self, other: Self) {
+        *self = *self - other;
+    }
+}
+
+/// The same angle clockwise; wraps, so that half a turn is its own negative.
+impl Neg for BinaryAngle {
+    type Output = Self;
+
+    fn neg(self) -> Self {
+        Self::ZERO - self
+    }
+}
+
+/// A unit vector, its components in steps of 2^-30.
 ///
-/// Possession proves that `cos² + sin²` is 1 to within 10⁻⁸ and that neither part is beyond ±1.
+/// Invariant: `cos² + sin²` is 1 to within 10⁻⁸, and neither component is beyond ±1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Direction {
@@ -109,10 +159,10 @@ impl Direction {
     /// Fraction bits of [`cos`](Self::cos) and [`sin`](Self::sin).
     pub const FRACTION_BITS: u32 = 30;
 
-    /// Returns the direction of the place (x, y) as seen from the origin; `None` from the origin itself.
+    /// Returns the direction of the vector (`x`, `y`); `None` for the zero vector.
     ///
-    /// Units and range: any unit, each coordinate within ±2^62. The parts are off by less than
-    /// 4·10⁻⁹, and mirrored places have mirrored directions.
+    /// Units and range: any unit, each coordinate within ±2^62. The components are off by less than
+    /// 4·10⁻⁹, and mirrored vectors have mirrored directions.
     ///
     /// ```
     /// use certainty_core::units::{BinaryAngle, Direction};
@@ -122,7 +172,7 @@ impl Direction {
     /// ```
     #[must_use]
     pub const fn towards(x: i64, y: i64) -> Option<Self> {
-        /// Bits that both coordinates are brought to, so that their squares fit 63 bits.
+        /// Both coordinates are shifted to this many bits, so that their squares fit 63 bits.
         const BITS: u32 = 31;
         let (along, across) = (x.unsigned_abs(), y.unsigned_abs());
         let largest = if along > across { along } else { across };
@@ -136,13 +186,16 @@ impl Direction {
         };
         let squares = along.wrapping_mul(along);
         let length = squares.wrapping_add(across.wrapping_mul(across)).isqrt();
-        match (part(along, length, x < 0), part(across, length, y < 0)) {
+        match (
+            component(along, length, x < 0),
+            component(across, length, y < 0),
+        ) {
             (Some(cos), Some(sin)) => Some(Self { cos, sin }),
             _ => None,
         }
     }
 
-    /// Returns this direction a quarter turn counter-clockwise.
+    /// Returns the direction a quarter turn counter-clockwise of this one.
     #[must_use]
     pub const fn turned_left(self) -> Self {
         Self {
@@ -160,31 +213,31 @@ impl Direction {
         }
     }
 
-    /// Returns the part along x, in steps of 2^-30.
+    /// Returns the component along x, in steps of 2^-30.
     #[must_use]
     pub const fn cos(self) -> i32 {
         self.cos
     }
 
-    /// Returns the part along y, in steps of 2^-30.
+    /// Returns the component along y, in steps of 2^-30.
     #[must_use]
     pub const fn sin(self) -> i32 {
         self.sin
     }
 }
 
-/// `magnitude / length` in Q30, rounded, at most one; `None` where there is no length.
-const fn part(magnitude: u64, length: u64, negative: bool) -> Option<i32> {
+/// `magnitude / length` in Q30, rounded, at most one; `None` if the length is zero.
+const fn component(magnitude: u64, length: u64, negative: bool) -> Option<i32> {
     const ONE: u64 = 1 << Direction::FRACTION_BITS;
     let scaled = (magnitude << Direction::FRACTION_BITS).wrapping_add(length >> 1);
     match scaled.checked_div(length) {
         None => None,
-        Some(share) => {
-            let share = saturating_i32(if share > ONE { ONE } else { share }.cast_signed());
+        Some(ratio) => {
+            let ratio = saturating_i32(if ratio > ONE { ONE } else { ratio }.cast_signed());
             Some(if negative {
-                share.wrapping_neg()
+                ratio.wrapping_neg()
             } else {
-                share
+                ratio
             })
         }
     }
@@ -263,7 +316,7 @@ const ARCTANGENTS: [u32; 24] = [
 ];
 
 impl BinaryAngle {
-    /// Returns the direction of the vector (`x`, `y`); `None` for one of no length.
+    /// Returns the direction of the vector (`x`, `y`); `None` for the zero vector.
     ///
     /// Formula: atan2(y, x), by rotating the vector onto an axis in halving steps (CORDIC). Rounds to
     /// the nearest step; mirrored vectors have mirrored directions, to the bit.
@@ -283,7 +336,7 @@ impl BinaryAngle {
         if across == 0 && up == 0 {
             return None;
         }
-        // Folded into the first octant, where rounding is the same for all mirror images.
+        // Folded into the first octant, so that all mirror images round alike.
         let steep = up > across;
         let (long, short) = if steep { (up, across) } else { (across, up) };
         let octant = first_octant(long, short);
@@ -307,8 +360,8 @@ impl BinaryAngle {
 
 /// atan(`short` / `long`), for `short` ≤ `long`.
 const fn first_octant(long: u32, short: u32) -> BinaryAngle {
-    // Scaled to 2^40 or more, so that what the shifts drop is far below a step; the rotations make
-    // the vector 1.65 times as long, which is far from what 64 bits hold.
+    // Scaled to 2^40 or more, so that the bits that the shifts drop are far below a step. The
+    // rotations make the vector 1.65 times as long, which fits 64 bits easily.
     let lift = long.leading_zeros().wrapping_add(9);
     let (mut x, mut y) = ((long as i64) << lift, (short as i64) << lift);
     let mut angle = 0_i64;
@@ -353,7 +406,7 @@ mod tests {
     }
 
     #[test]
-    fn every_direction_is_within_four_billionths_of_the_truth() {
+    fn every_direction_is_exact_to_four_billionths() {
         let mut worst = 0.0_f64;
         for steps in 0..=u16::MAX {
             let direction = BinaryAngle::from_bits(steps).direction();
@@ -363,20 +416,17 @@ mod tests {
             worst = worst.max((f64::from(direction.cos()) / scale - cos).abs());
         }
         assert!(worst < 4e-9, "worst error {worst:e}");
-        assert!(
-            worst > 1e-10,
-            "a table this good would be suspicious: {worst:e}"
-        );
+        assert!(worst > 1e-10, "no integer series is this exact: {worst:e}");
     }
 
     #[test]
     fn directions_mirror_exactly() {
         for steps in 0..=u16::MAX {
             let angle = BinaryAngle::from_bits(steps);
-            let mirrored = BinaryAngle::ZERO.wrapping_sub(angle).direction();
+            let mirrored = (-angle).direction();
             assert_eq!(mirrored.cos(), angle.direction().cos());
             assert_eq!(mirrored.sin(), -angle.direction().sin());
-            let turned = angle.wrapping_add(BinaryAngle::QUARTER).direction();
+            let turned = (angle + BinaryAngle::QUARTER).direction();
             assert_eq!(
                 (turned.cos(), turned.sin()),
                 (-angle.direction().sin(), angle.direction().cos())
@@ -385,7 +435,7 @@ mod tests {
     }
 
     #[test]
-    fn the_direction_of_a_place_is_within_four_billionths_of_the_truth() {
+    fn the_direction_of_a_vector_is_exact_to_four_billionths() {
         let numbers = [0, 1, 2, 3, 7, 1000, 65_535, 8_388_607, 1 << 40, 1 << 62];
         let signed: Vec<i64> = numbers.iter().flat_map(|&n| [n, -n]).collect();
         for &x in &signed {
@@ -404,6 +454,22 @@ mod tests {
                 assert_eq!(mirrored.cos(), -direction.cos(), "({x}, {y})");
             }
         }
+    }
+
+    #[test]
+    fn sums_and_differences_wrap() {
+        let step = BinaryAngle::from_bits(1);
+        let last = BinaryAngle::from_bits(u16::MAX);
+        assert_eq!(last + step, BinaryAngle::ZERO);
+        assert_eq!(BinaryAngle::ZERO - step, last);
+        assert_eq!(-step, last);
+        assert_eq!(-BinaryAngle::ZERO, BinaryAngle::ZERO);
+        assert_eq!(-BinaryAngle::HALF, BinaryAngle::HALF);
+        let mut angle = last;
+        angle += step + step;
+        assert_eq!(angle, step);
+        angle -= step + step;
+        assert_eq!(angle, last);
     }
 
     #[test]
@@ -431,7 +497,7 @@ mod tests {
     }
 
     #[test]
-    fn separation_goes_the_short_way_round() {
+    fn separation_is_the_smaller_angle() {
         let (a, b) = (
             BinaryAngle::from_millidegrees(350_000),
             BinaryAngle::from_millidegrees(10_000),
@@ -442,7 +508,7 @@ mod tests {
     }
 
     #[test]
-    fn the_steps_are_arctangents() {
+    fn the_rotation_steps_are_arctangents() {
         for (k, &step) in ARCTANGENTS.iter().enumerate() {
             let exact = 0.5_f64.powi(k as i32).atan() / TAU * 4_294_967_296.0;
             assert!((exact - f64::from(step)).abs() <= 0.5, "{k}: {exact}");
@@ -450,7 +516,7 @@ mod tests {
     }
 
     #[test]
-    fn every_direction_is_found_again() {
+    fn towards_inverts_direction() {
         for bits in 0..=u16::MAX {
             let angle = BinaryAngle::from_bits(bits);
             let direction = angle.direction();
@@ -460,7 +526,7 @@ mod tests {
     }
 
     #[test]
-    fn the_extremes_have_directions() {
+    fn the_largest_vectors_have_directions() {
         let towards = |x, y| BinaryAngle::towards(x, y).unwrap().to_bits();
         assert_eq!(towards(i32::MIN, i32::MIN), 5 << 13);
         assert_eq!(towards(i32::MAX, i32::MAX), 1 << 13);
@@ -470,7 +536,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_direction_is_the_nearest_step(x in -100_000_i32..100_000, y in -100_000_i32..100_000) {
+        fn towards_is_the_nearest_step(x in -100_000_i32..100_000, y in -100_000_i32..100_000) {
             prop_assume!((x, y) != (0, 0));
             let exact = f64::from(y).atan2(f64::from(x)) / TAU * 65536.0;
             let found = BinaryAngle::towards(x, y).unwrap().to_bits();
@@ -482,8 +548,8 @@ mod tests {
         fn mirrored_vectors_have_mirrored_directions(x in -i32::MAX.., y in -i32::MAX..) {
             prop_assume!((x, y) != (0, 0));
             let angle = BinaryAngle::towards(x, y).unwrap();
-            prop_assert_eq!(BinaryAngle::towards(x, -y), Some(BinaryAngle::ZERO.wrapping_sub(angle)));
-            prop_assert_eq!(BinaryAngle::towards(-x, y), Some(BinaryAngle::HALF.wrapping_sub(angle)));
+            prop_assert_eq!(BinaryAngle::towards(x, -y), Some(-angle));
+            prop_assert_eq!(BinaryAngle::towards(-x, y), Some(BinaryAngle::HALF - angle));
         }
     }
 }

@@ -1,7 +1,8 @@
-//! Lengths, angles, instants and places, each a type of its own.
+//! Lengths, angles, instants and positions, each a type of its own.
 //!
-//! Nothing in the public interface takes a bare integer for one of these, so a bearing cannot be
-//! passed for a distance. All are integers: the same bits come out on every machine.
+//! The public functions take no bare integers for these, so that a bearing cannot be passed for a
+//! distance. All are integers: the results are the same bits on every machine. Their operators do
+//! not panic: lengths and positions saturate, angles and instants wrap.
 
 mod angle;
 mod length;

@@ -240,7 +240,7 @@ fn assess(
         digest.word(element.line().distance().get());
         digest.word(u32::from(element.kind() as u8) << 8 | u32::from(element.joint() as u8));
     }
-    let wrong = SensorId::new(FALSIFIED);
+    let wrong = SensorId::try_new(FALSIFIED);
     let falsified = echoes(&ring, &expected, dice, wrong)?;
     let falsified = Distances::fold(&ring, &falsified, &rules);
     let second = monitor.assess(&ring, Some(&expected), &falsified);

@@ -194,7 +194,7 @@ impl<B: Board> SmartCar<B> {
     // Not inlined: what it sends must not be on the stack of the other slots.
     #[inline(never)]
     fn report(&mut self, now: Ticks, timeliness: Timeliness) {
-        let numbers = (1..=u8::MAX).filter_map(SensorId::new);
+        let numbers = (1..=u8::MAX).filter_map(SensorId::try_new);
         for (sensor, head) in numbers.clone().zip(&self.heads) {
             self.reporter.send(&Report::Head(telemetry::Head {
                 sensor,

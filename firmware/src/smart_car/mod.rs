@@ -58,16 +58,13 @@ pub const MOTOR: MotorModel = MotorModel::COMMON;
 
 /// What a reading of a head is checked against: the range, the same word for a whole sweep, and a jump
 /// from one sweep to the next in a world that stands still.
-pub const VALIDATION: ValidationRules = match ValidationRules::try_new(ValidationConfig::sweeping(
+pub const VALIDATION: ValidationRules = ValidationRules::new(ValidationConfig::sweeping(
     NEAREST,
     FARTHEST,
     0,
     SWEEP.directions(),
     SWEEP_MS,
-)) {
-    Ok(rules) => rules,
-    Err(_) => panic!("no such rules"),
-};
+));
 
 /// How long a sweep takes, in ms: a round a direction.
 const SWEEP_MS: u32 = round::PERIOD_MS as u32 * SWEEP.directions() as u32;
@@ -102,14 +99,11 @@ pub type SmartCarGrid = RobustGrid<SmartCarShape, [u8; CELLS], [u8; owner_bytes(
 /// The sweep of every head: from 90° right to 90° left of straight ahead in 5° steps.
 ///
 /// At the range of 80 cm neighbouring beams are 7 cm apart, so none misses a cell between them.
-pub const SWEEP: Sweep = match Sweep::try_new(
+pub const SWEEP: Sweep = Sweep::new(
     BinaryAngle::from_millidegrees(-90_000),
     BinaryAngle::from_millidegrees(90_000),
     37,
-) {
-    Ok(sweep) => sweep,
-    Err(_) => panic!("no such sweep"),
-};
+);
 
 /// Returns where head `slot` of `heads` sits on the bumper, looking straight ahead.
 ///

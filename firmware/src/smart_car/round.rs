@@ -68,12 +68,8 @@ const APART: BinaryAngle = BinaryAngle::from_millidegrees(30_000);
 /// How long an echo of the car's own sound may linger, in ms: 7 m there and back.
 const FADES_MS: u16 = 45;
 
-#[expect(clippy::panic, reason = "a constant that panics does not build")]
 const fn id(number: u8) -> SensorId {
-    match SensorId::new(number) {
-        Some(id) => id,
-        None => panic!("sensors count from 1"),
-    }
+    SensorId::new(number)
 }
 
 /// µs as whole ms, rounded up.
@@ -113,7 +109,7 @@ pub static SCHEDULE: Schedule<SLOTS, STATIONS> = {
     assert!(HEADS + RANGERS == 5);
     let config = ScheduleConfig {
         period: PERIOD_MS,
-        stale_after: HealthRules::DEFAULT.config().stale_after,
+        stale_after: HealthRules::DEFAULT.stale_after(),
         apart: APART,
         slots: [
             Slot::new(0, 1, Move(id(1))),
@@ -138,8 +134,5 @@ pub static SCHEDULE: Schedule<SLOTS, STATIONS> = {
         ],
         stations: [head(0), head(1), head(2), RANGER_STATION, RANGER_STATION],
     };
-    match Schedule::try_new(config) {
-        Ok(schedule) => schedule,
-        Err(error) => panic!("{}", error.reason()),
-    }
+    Schedule::new(config)
 };

@@ -16,15 +16,11 @@ pub struct Unit {
     pub accuracy: U0F16,
 }
 
-#[expect(clippy::panic, reason = "a constant that panics does not build")]
 const fn unit(slope: u32, offset_mm: u32, floor: U8F8, accuracy: U0F16) -> Unit {
     let offset = Millimeters::new(offset_mm);
-    match Calibration::try_new(slope, offset, floor, NEAREST, FARTHEST) {
-        Ok(calibration) => Unit {
-            calibration,
-            accuracy,
-        },
-        Err(_) => panic!("no such calibration"),
+    Unit {
+        calibration: Calibration::new(slope, offset, floor, NEAREST, FARTHEST),
+        accuracy,
     }
 }
 

@@ -65,7 +65,7 @@ macro_rules! as_number {
     };
 }
 
-as_number!(sensor: SensorId as u8, SensorId::number, SensorId::new);
+as_number!(sensor: SensorId as u8, SensorId::number, SensorId::try_new);
 as_number!(angle: BinaryAngle as u16, BinaryAngle::to_bits, |bits| {
     Some(BinaryAngle::from_bits(bits))
 });

@@ -118,7 +118,7 @@ impl<S: Sensor> Faulty<S> {
     /// let (near, far) = (Millimeters::new(100), Millimeters::new(800));
     /// let sound = PerfectSensor::new(Arc::new(World::built_in()), near, far);
     /// let spec: FaultSpec = "stuck-near:1=300mm@1".parse()?;
-    /// let mut sensor = Faulty::new(sound, SensorId::new(1).unwrap(), vec![spec.fault], 7);
+    /// let mut sensor = Faulty::new(sound, SensorId::try_new(1).unwrap(), vec![spec.fault], 7);
     ///
     /// let look = Look { origin: Point::ORIGIN, bearing: BinaryAngle::QUARTER, at: Ticks::new(0) };
     /// assert_eq!(sensor.sense(&look), Reading::Echo(Millimeters::new(550)));

@@ -233,7 +233,7 @@ fn parse_sensor(text: &str) -> Result<SensorName, SpecError> {
         sensor: Excerpt::new(text),
     };
     if text.starts_with(|c: char| c.is_ascii_digit()) {
-        let number = text.parse::<u8>().ok().and_then(SensorId::new);
+        let number = text.parse::<u8>().ok().and_then(SensorId::try_new);
         return number.map(SensorName::Number).ok_or_else(bad);
     }
     let is_name = text.starts_with(|c: char| c.is_ascii_alphabetic())

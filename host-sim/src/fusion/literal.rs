@@ -73,7 +73,7 @@ mod tests {
         let mut grid = LiteralGrid::new(geometry);
         for &bits in words {
             let word = Measurement {
-                sensor: SensorId::new(1).unwrap(),
+                sensor: SensorId::try_new(1).unwrap(),
                 certainty: Certainty::from_bits(bits),
             };
             grid.add(cell, word, &mut []);

@@ -107,7 +107,7 @@ mod tests {
         for rules in [Rules::Letter, Rules::Coarse].map(Rules::robust) {
             let learning = rules.config().learning;
             assert_eq!(learning.raise, learning.raise_free);
-            assert_eq!(learning.blame, FaultAttribution::Alike);
+            assert_eq!(learning.attribution, FaultAttribution::Alike);
         }
         let shipped = Rules::Shipped.robust().config().learning;
         assert!(shipped.raise > shipped.raise_free);

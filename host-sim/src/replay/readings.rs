@@ -41,7 +41,7 @@ pub(super) fn beam_width(line: &str) -> Option<Result<BinaryAngle, SkipReason>> 
 ///
 /// let beam = RecordedBeam {
 ///     at: Ticks::new(40),
-///     sensor: SensorId::new(2).unwrap(),
+///     sensor: SensorId::try_new(2).unwrap(),
 ///     origin: Point::from_mm(-100, 250),
 ///     bearing: BinaryAngle::QUARTER,
 ///     reading: Reading::NoObject,
@@ -95,7 +95,7 @@ pub(super) fn parse(
     let at = u32::try_from(number(at)?).map_err(|_| SkipReason::BadTime)?;
     let sensor = u8::try_from(number(sensor)?)
         .ok()
-        .and_then(SensorId::new)
+        .and_then(SensorId::try_new)
         .ok_or(SkipReason::BadSensor)?;
     let origin = Point::from_mm(coordinate(x)?, coordinate(y)?);
     // Within a turn it fits.
@@ -212,7 +212,7 @@ mod tests {
         for bits in 0..=u16::MAX {
             let beam = RecordedBeam {
                 at: Ticks::new(0),
-                sensor: SensorId::new(1).unwrap(),
+                sensor: SensorId::try_new(1).unwrap(),
                 origin: Point::ORIGIN,
                 bearing: BinaryAngle::from_bits(bits),
                 reading: Reading::TooNear,

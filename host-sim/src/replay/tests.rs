@@ -30,7 +30,7 @@ fn message(bytes: &[u8]) -> String {
 fn many_readings(count: u32) -> Vec<u8> {
     let beam = |at| RecordedBeam {
         at: Ticks::new(at),
-        sensor: SensorId::new(1 + (at % 7) as u8).unwrap(),
+        sensor: SensorId::try_new(1 + (at % 7) as u8).unwrap(),
         origin: Point::from_mm(at as i32 * 13 % 9001, -(at as i32)),
         bearing: BinaryAngle::from_bits((at * 977 % 65536) as u16),
         reading: Reading::Echo(Millimeters::new(at * 31 % 5000)),
@@ -273,7 +273,7 @@ prop_compose! {
     ) -> RecordedBeam {
         RecordedBeam {
             at: Ticks::new(at),
-            sensor: SensorId::new(sensor).unwrap(),
+            sensor: SensorId::try_new(sensor).unwrap(),
             origin: Point::from_mm(x, y),
             bearing: BinaryAngle::from_bits(bearing),
             reading,

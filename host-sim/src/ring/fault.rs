@@ -139,7 +139,7 @@ impl FromStr for RingFault {
             .ok()
             .filter(|&n| usize::from(n) <= SONARS);
         let sensor = number
-            .and_then(SensorId::new)
+            .and_then(SensorId::try_new)
             .ok_or_else(|| RingFaultError::BadSensor(Excerpt::new(sensor)))?;
         let defect = value.map_or(Ok(defect), |value| defect.with_value(value))?;
         Ok(Self { sensor, defect })

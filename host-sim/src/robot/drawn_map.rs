@@ -95,13 +95,12 @@ impl DrawnMap {
     /// with one rangefinder's, whose lies would fall on it. So its comparisons say nothing of it here.
     #[must_use]
     pub fn failures(&self) -> Failures {
-        const RULES: HealthRules = HealthRules::DEFAULT;
         let health = self.mapper.health();
         let health: Vec<Health> = health.into_iter().map(|(_, own)| own).collect();
-        let mut failures = Failures::of_health(&health, &RULES);
+        let mut failures = Failures::of_health(&health);
         let of_scanner = health.get(SCANNER.slot());
         let silent = of_scanner.is_none_or(|own| {
-            own.is_stale() || own.missing_in_a_row() >= RULES.config().failed_missing
+            own.is_stale() || own.missing_in_a_row() >= HealthRules::FAILED_MISSING
         });
         failures.scanner = if silent {
             Failure::TOTAL

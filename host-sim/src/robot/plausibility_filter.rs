@@ -34,28 +34,21 @@ pub struct PlausibilityFilter {
 /// With noise of 15 mm two readings are the same to the millimetre once in fifty times: eight more of
 /// the same in new directions are no measurement. A jump is half a metre, beyond what a robot at full
 /// speed explains.
-///
-/// # Panics
-///
-/// Never: the parameters are constants that a test tries.
-fn rules() -> ValidationRules {
-    let config = ValidationConfig {
-        nearest: NEAREST,
-        farthest: FARTHEST,
-        jump: Millimeters::new(500),
-        speed_mm_s: 1000,
-        compare_within: 200,
-        same_word: 8,
-    };
-    ValidationRules::try_new(config).expect("a range of 4 m and a jump of half a metre")
-}
+const RULES: ValidationRules = ValidationRules::new(ValidationConfig {
+    nearest: NEAREST,
+    farthest: FARTHEST,
+    jump: Millimeters::new(500),
+    speed_mm_s: 1000,
+    compare_within: 200,
+    max_repeats: 8,
+});
 
 impl PlausibilityFilter {
     /// Creates the watch of a sensor that has said nothing yet.
     #[must_use]
     pub fn new() -> Self {
         Self {
-            rules: rules(),
+            rules: RULES,
             words: Validator::new(),
             distances: Validator::new(),
             jumps: 0,

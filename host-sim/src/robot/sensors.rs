@@ -24,10 +24,7 @@ use std::sync::Arc;
 pub const NAMES: [&str; SENSORS] = ["FL", "OL", "SL", "SR", "OR", "FR", "scanner"];
 
 /// The scanner's number.
-pub const SCANNER: SensorId = match SensorId::new(7) {
-    Some(id) => id,
-    None => panic!("no such sensor"),
-};
+pub const SCANNER: SensorId = SensorId::new(7);
 
 /// Shortest distance that any of them tells.
 pub const NEAREST: Millimeters = Millimeters::new(30);

@@ -49,7 +49,7 @@ impl SimulatedGp2d02 {
     ///
     /// let world = Arc::new(World::built_in());
     /// let unit = Gp2d02Unit::shipped()[0].clone();
-    /// let first = SensorId::new(1).unwrap();
+    /// let first = SensorId::try_new(1).unwrap();
     /// let mut sensor = SimulatedGp2d02::new(world, unit, SensorModel::FLAWLESS, 7, first);
     /// let look = Look { origin: Point::ORIGIN, bearing: BinaryAngle::QUARTER, at: Ticks::new(0) };
     /// let Reading::Echo(distance) = sensor.sense(&look) else { panic!("nothing ahead") };

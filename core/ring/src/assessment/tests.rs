@@ -68,7 +68,7 @@ fn a_removed_sonars_paths_stop_counting_at_the_next_assessment_and_count_again_w
     let sound = expected;
     // Sonar 4 hears, and is heard, at 0.7 m where nothing is.
     let mut echoes = Echoes::<24>::silent();
-    let id = |number| SensorId::new(number).unwrap();
+    let id = |number| SensorId::try_new(number).unwrap();
     for other in [1, 2, 3, 4, 5, 6, 7] {
         let wrong = Reading::Echo(Millimeters::new(1400));
         echoes.set(id(4), id(other), wrong).unwrap();

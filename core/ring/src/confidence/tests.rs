@@ -8,7 +8,7 @@ fn ring() -> Ring<24> {
 }
 
 fn id(number: u8) -> SensorId {
-    SensorId::new(number).unwrap()
+    SensorId::try_new(number).unwrap()
 }
 
 /// The list of \[003\] §6, as it is printed: offsets from sensor i; equal ones are a direct echo.

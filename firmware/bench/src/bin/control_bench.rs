@@ -107,7 +107,7 @@ fn map(x: Option<i32>, cells: &mut Cells) -> Option<BayesGrid<Geometry, &mut Cel
     let shape = Geometry::try_new(40, 40, Millimeters::new(100), corner).ok()?;
     let mut grid = BayesGrid::try_new(shape, Strength::UNLIMITED, cells).ok()?;
     let seen = Measurement {
-        sensor: SensorId::new(1)?,
+        sensor: SensorId::try_new(1)?,
         certainty: Certainty::OCCUPIED,
     };
     for y in (-1950..2000).step_by(100) {

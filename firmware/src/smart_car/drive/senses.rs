@@ -7,7 +7,7 @@ use certainty_control::{
     Stamped, beam_bearing, beam_in_map,
 };
 use certainty_core::fusion::{CertaintyGrid, Environment};
-use certainty_core::health::{Health, HealthRules};
+use certainty_core::health::Health;
 use certainty_core::transducer::Reading;
 use certainty_core::units::{BinaryAngle, Pose, Ticks};
 
@@ -85,20 +85,19 @@ impl ControlInputs<'_> {
     // Not inlined: it is done before the controller needs the stack.
     #[inline(never)]
     fn failures<G: CertaintyGrid>(&self, map: &Environment<'_, G>) -> Failures {
-        const LIMITS: HealthRules = HealthRules::DEFAULT;
         let heads = map.sensors().zip(self.silent);
         let sum = heads.fold(Effort::ZERO, |sum, ((_, health), &silent)| {
             let failure = if silent {
                 Failure::TOTAL
             } else {
-                Failure::of_health(health, &LIMITS)
+                Failure::of_health(health)
             };
             sum.saturating_add(failure.part())
         });
         let mean = sum.checked_div_int(HEADS.into()).unwrap_or(Effort::ONE);
         let [right, left] = self
             .rangers
-            .map(|ranger| Failure::of_health(ranger.health, &LIMITS));
+            .map(|ranger| Failure::of_health(ranger.health));
         let map = match map.geometry().cell_at(self.pose.at) {
             Some(_) => Failure::new_saturating(mean),
             None => Failure::TOTAL,
@@ -223,7 +222,7 @@ mod tests {
     #[test]
     fn half_the_beams_see_every_cell_that_all_would() {
         let geometry = SmartCarShape.geometry();
-        let sensor = SensorId::new(1).unwrap();
+        let sensor = SensorId::try_new(1).unwrap();
         for number in (0..CELLS).step_by(3) {
             let cell = geometry.iter().nth(number).unwrap();
             let mut grid =

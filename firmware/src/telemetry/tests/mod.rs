@@ -185,7 +185,7 @@ fn findings() -> impl Strategy<Value = Finding> {
 }
 
 fn sensors() -> impl Strategy<Value = SensorId> {
-    (1..=u8::MAX).prop_map(|number| SensorId::new(number).unwrap())
+    (1..=u8::MAX).prop_map(|number| SensorId::try_new(number).unwrap())
 }
 
 fn geometries() -> impl Strategy<Value = Geometry> {

@@ -50,7 +50,7 @@ fn capture(rounds: u32) -> (Vec<u8>, Vec<u8>) {
     let mut reporter = Reporter::<_, CELLS>::try_new(Line::default(), hello, 100)
         .ok()
         .unwrap();
-    let sensor = SensorId::new(2).unwrap();
+    let sensor = SensorId::try_new(2).unwrap();
     let health = [Health::default(); SENSORS as usize];
     for (round, cell) in (0..rounds).zip(geometry.iter()) {
         let certainty = Certainty::OCCUPIED;

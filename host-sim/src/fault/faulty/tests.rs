@@ -54,7 +54,7 @@ fn faulty(readings: &[Reading], specs: &[&str], seed: u64) -> Faulty<Recited> {
         readings: readings.to_vec(),
         asked: 0,
     };
-    Faulty::new(inner, SensorId::new(1).unwrap(), faults, seed)
+    Faulty::new(inner, SensorId::try_new(1).unwrap(), faults, seed)
 }
 
 /// `count` readings, a tenth of a second apart.
@@ -354,7 +354,7 @@ fn the_sensor_inside_is_asked_once_a_reading_whatever_is_wrong() {
 fn faulty_sensors_in_boxes_are_sensors() {
     let boxed: Box<dyn Sensor + Send> = Box::new(faulty(&[echo(400)], &["bias:1=100mm"], 1));
     let again = vec!["scale:1=0.5".parse::<FaultSpec>().unwrap().fault];
-    let mut twice = Faulty::new(boxed, SensorId::new(1).unwrap(), again, 1);
+    let mut twice = Faulty::new(boxed, SensorId::try_new(1).unwrap(), again, 1);
     assert!(!twice.spoilt_last());
     assert_eq!(twice.sense(&look(0)), echo(250));
     assert!(twice.spoilt_last());

@@ -228,7 +228,7 @@ proptest! {
         intermittent in any::<bool>(),
         window in any_window(),
     ) {
-        let number = SensorName::Number(SensorId::new(number).unwrap());
+        let number = SensorName::Number(SensorId::try_new(number).unwrap());
         let spec = FaultSpec {
             sensor: name.map_or(number, SensorName::Name),
             fault: Fault { defect, intermittent, window },

@@ -13,7 +13,7 @@ const LOOK: Look = Look {
 const READINGS: u32 = 20_000;
 
 fn id(number: u8) -> SensorId {
-    SensorId::new(number).unwrap()
+    SensorId::try_new(number).unwrap()
 }
 
 /// A wall across the way, its face `away` millimetres from where the beam starts.
