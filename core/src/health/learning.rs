@@ -133,7 +133,7 @@ impl Learning {
                 *confidence = confidence.raised(step, self.ceiling);
             }),
             StepRule::Proportional => self.each(sides, claim, |confidence| {
-                // 16 bits and 16 bits; never more than what is missing.
+                // A product of two 16-bit numbers, at most `missing`.
                 let missing = confidence.missing_to(self.ceiling);
                 let step = u32::from(step.to_bits()).wrapping_mul(missing) >> 16;
                 *confidence = confidence.up(step);
@@ -177,7 +177,7 @@ impl Learning {
     const fn lowered(&self, confidence: Confidence, step: u32) -> Confidence {
         let step = match self.step_rule {
             StepRule::Fixed => step,
-            // 16 bits and 16 bits.
+            // A product of two 16-bit numbers.
             StepRule::Proportional => step.wrapping_mul(confidence.to_bits() as u32) >> 16,
         };
         let room = confidence.room_to(self.floor);
@@ -207,7 +207,7 @@ impl Learning {
             None if wrong == 0 => 1 << 14,
             _ => 2 << 14,
         };
-        // 16 bits and 16 bits.
+        // A product of two 16-bit numbers.
         let fall = (self.lower.to_bits() as u32).wrapping_mul(share);
         let fall = fall.cast_signed() >> 14;
         if fall > u16::MAX as i32 {
@@ -303,9 +303,9 @@ mod tests {
             let fall = fall(same, same);
             assert!(fall.abs_diff(1 << 12) <= 1, "{bits}: {fall}");
         }
-        let (trusted, doubted) = (Confidence::from_bits(60_000), Confidence::from_bits(20_000));
-        assert!(fall(doubted, trusted) > (1 << 12) + 1000);
-        assert!(fall(trusted, doubted) < (1 << 12) - 1000);
+        let (high, low) = (Confidence::from_bits(60_000), Confidence::from_bits(20_000));
+        assert!(fall(low, high) > (1 << 12) + 1000);
+        assert!(fall(high, low) < (1 << 12) - 1000);
     }
 
     #[test]

@@ -49,8 +49,10 @@ pub(super) const fn check(
     attempt!(kinds(slots, stations));
     let mut second = 0;
     while let Some((sensor, station)) = numbered(stations, second) {
-        let turn = attempt!(Turn::of(slots, sensor, station));
-        if turn.end.wrapping_add(station.fades as u32) > turn.begin.wrapping_add(period as u32) {
+        let interval = attempt!(Interval::of(slots, sensor, station));
+        if interval.end.wrapping_add(station.fades as u32)
+            > interval.begin.wrapping_add(period as u32)
+        {
             return Err(ScheduleError::Interference {
                 first: sensor,
                 second: sensor,
@@ -204,12 +206,12 @@ const fn control(slots: &[Slot]) -> Result<(), ScheduleError> {
 }
 
 /// The interval in which a sensor measures, in ms after the round's start.
-struct Turn {
+struct Interval {
     begin: u32,
     end: u32,
 }
 
-impl Turn {
+impl Interval {
     /// Finds the measurement of `sensor` and checks its rules.
     const fn of(
         slots: &[Slot],
@@ -292,16 +294,16 @@ const fn interference(
     if !a.signal.is(b.signal) {
         return Ok(());
     }
-    let turn_a = attempt!(Turn::of(slots, first, a));
-    let turn_b = attempt!(Turn::of(slots, second, b));
+    let interval_a = attempt!(Interval::of(slots, first, a));
+    let interval_b = attempt!(Interval::of(slots, second, b));
     let round = period as u32;
-    let silent_a = turn_a.end.wrapping_add(a.fades as u32);
-    let silent_b = turn_b.end.wrapping_add(b.fades as u32);
+    let faded_a = interval_a.end.wrapping_add(a.fades as u32);
+    let faded_b = interval_b.end.wrapping_add(b.fades as u32);
     // The one that begins later receives the other's signal, and both send from their begin on. A
     // signal has faded before its own sensor measures again, so it lasts into the next round at most.
-    let at_once = turn_a.begin < silent_b && turn_b.begin < silent_a;
-    let a_into_next = turn_b.begin.wrapping_add(round) < silent_a;
-    let b_into_next = turn_a.begin.wrapping_add(round) < silent_b;
+    let at_once = interval_a.begin < faded_b && interval_b.begin < faded_a;
+    let a_into_next = interval_b.begin.wrapping_add(round) < faded_a;
+    let b_into_next = interval_a.begin.wrapping_add(round) < faded_b;
     if !at_once && !a_into_next && !b_into_next {
         return Ok(());
     }

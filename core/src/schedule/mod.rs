@@ -302,18 +302,18 @@ mod tests {
                 stale_after: 249
             }
         );
-        let just_so = ScheduleConfig {
+        let equal = ScheduleConfig {
             stale_after: 250,
             ..GOOD
         };
-        assert!(Schedule::try_new(just_so).is_ok());
+        assert!(Schedule::try_new(equal).is_ok());
     }
 
     #[test]
     fn more_stations_than_numbers_are_refused() {
         let slots = [Slot::new(0, 1, Activity::Report)];
         let stations = [ranger(0); 256];
-        let crowd = ScheduleConfig {
+        let too_many = ScheduleConfig {
             period: 250,
             stale_after: 2000,
             apart: BinaryAngle::ZERO,
@@ -321,7 +321,7 @@ mod tests {
             stations,
         };
         assert_eq!(
-            Schedule::try_new(crowd),
+            Schedule::try_new(too_many),
             Err(ScheduleError::Size {
                 slots: 1,
                 stations: 256

@@ -116,10 +116,10 @@ pub struct ValidationConfig {
 impl ValidationConfig {
     /// The limits of a swept infrared sensor that returns to the same direction after `sweep_ms`.
     ///
-    /// The jump is half of the range, because of two readings at 80 cm by a unit with an error of
-    /// 12 % (\[001\] Table 1, D) one in a hundred pairs differs by more. A byte may repeat for a whole
-    /// sweep of `directions`: correct sensors measure the same distance in all directions only at the
-    /// centre of a circle, and a flat wall gives a GP2D02 the same byte over at most 40°.
+    /// The jump is half of the range: of the pairs of readings at 80 cm by a unit with an error of 12 %
+    /// (\[001\] Table 1, D), one in a hundred differs by more. A byte may repeat for a whole sweep of
+    /// `directions`: correct sensors measure the same distance in all directions only at the centre of
+    /// a circle, and a flat wall gives a GP2D02 the same byte over at most 40°.
     #[must_use]
     pub const fn sweeping(
         nearest: Millimeters,
@@ -496,12 +496,12 @@ mod tests {
             }
         }
 
-        fn look(&mut self, reading: Reading, raw: Option<u8>) -> Validated {
+        fn validate(&mut self, reading: Reading, raw: Option<u8>) -> Validated {
             let bearing = sweep().direction(self.round, 0, 1);
-            self.look_at(bearing, reading, raw)
+            self.validate_at(bearing, reading, raw)
         }
 
-        fn look_at(
+        fn validate_at(
             &mut self,
             bearing: BinaryAngle,
             reading: Reading,
@@ -514,7 +514,7 @@ mod tests {
         }
 
         fn measure(&mut self, raw: u8) -> Finding {
-            self.look(unit().reading(raw), Some(raw)).finding
+            self.validate(unit().reading(raw), Some(raw)).finding
         }
 
         fn count(&self, finding: Finding) -> u16 {
@@ -536,7 +536,7 @@ mod tests {
             (801, Finding::OutOfRange),
         ] {
             let mut head = Head::new();
-            let validated = head.look(Reading::Echo(mm(distance)), None);
+            let validated = head.validate(Reading::Echo(mm(distance)), None);
             assert_eq!(validated.finding, finding, "{distance} mm");
             let expected = match finding {
                 Finding::OutOfRange => Reading::Missing(Missing::Implausible),
@@ -550,7 +550,7 @@ mod tests {
     fn a_missing_reading_keeps_its_reason() {
         let mut head = Head::new();
         for reason in [Missing::Timeout, Missing::Bus, Missing::Implausible] {
-            let validated = head.look(Reading::Missing(reason), Some(0xFF));
+            let validated = head.validate(Reading::Missing(reason), Some(0xFF));
             assert_eq!(validated.reading, Reading::Missing(reason));
             assert_eq!(validated.finding, Finding::Missing);
         }
@@ -560,11 +560,15 @@ mod tests {
     #[test]
     fn the_same_byte_for_more_than_a_sweep_is_stuck() {
         let mut head = Head::new();
-        for look in 1..=100 {
+        for number in 1..=100 {
             let raw = 90;
-            let validated = head.look(unit().reading(raw), Some(raw));
-            let stuck = look > DIRECTIONS;
-            assert_eq!(validated.finding == Finding::StuckAt, stuck, "look {look}");
+            let validated = head.validate(unit().reading(raw), Some(raw));
+            let stuck = number > DIRECTIONS;
+            assert_eq!(
+                validated.finding == Finding::StuckAt,
+                stuck,
+                "reading {number}"
+            );
             assert_eq!(matches!(validated.reading, Reading::Missing(_)), stuck);
         }
         // Another byte ends it.
@@ -577,7 +581,7 @@ mod tests {
         let mut head = Head::new();
         for _ in 0..DIRECTIONS {
             head.measure(90);
-            let _ = head.look(Reading::Missing(Missing::Timeout), None);
+            let _ = head.validate(Reading::Missing(Missing::Timeout), None);
         }
         assert_eq!(head.measure(90), Finding::StuckAt);
     }
@@ -596,7 +600,7 @@ mod tests {
         let mut head = Head::new();
         for _ in 0..1000 {
             let ahead = BinaryAngle::QUARTER;
-            let validated = head.look_at(ahead, unit().reading(90), Some(90));
+            let validated = head.validate_at(ahead, unit().reading(90), Some(90));
             assert_eq!(validated.finding, Finding::Plausible);
         }
     }
@@ -605,7 +609,7 @@ mod tests {
     fn a_sensor_without_raw_bytes_is_not_stuck() {
         let mut head = Head::new();
         for _ in 0..100 {
-            let validated = head.look(Reading::Echo(mm(300)), None);
+            let validated = head.validate(Reading::Echo(mm(300)), None);
             assert_eq!(validated.finding, Finding::Plausible);
         }
     }
@@ -637,8 +641,8 @@ mod tests {
                 ..CONFIG
             });
             let ahead = BinaryAngle::QUARTER;
-            let _ = head.look_at(ahead, Reading::Echo(mm(200)), None);
-            head.look_at(ahead, Reading::Echo(mm(distance)), None)
+            let _ = head.validate_at(ahead, Reading::Echo(mm(200)), None);
+            head.validate_at(ahead, Reading::Echo(mm(distance)), None)
         };
         assert_eq!(validated(650).finding, Finding::Plausible);
         let jump = validated(651);
@@ -651,8 +655,8 @@ mod tests {
         let jumps = |before, after| {
             let mut head = Head::new();
             let ahead = BinaryAngle::QUARTER;
-            let _ = head.look_at(ahead, before, None);
-            head.look_at(ahead, after, None).finding == Finding::Jump
+            let _ = head.validate_at(ahead, before, None);
+            head.validate_at(ahead, after, None).finding == Finding::Jump
         };
         let echo = |distance| Reading::Echo(mm(distance));
         // The limit is 350 mm; 800 mm and beyond is no object, 100 mm and less is too near.
@@ -676,7 +680,7 @@ mod tests {
         for _ in 0..5 * DIRECTIONS {
             let near = head.round % u32::from(DIRECTIONS) % 4 < 2;
             let distance = if near { 150 } else { 790 };
-            let validated = head.look(Reading::Echo(mm(distance)), None);
+            let validated = head.validate(Reading::Echo(mm(distance)), None);
             assert_eq!(validated.finding, Finding::Plausible);
         }
     }
@@ -692,7 +696,7 @@ mod tests {
                 let (sweep, step) = (head.round / directions, head.round % directions);
                 let near = step == restless && sweep % 2 == 0;
                 let distance = if near { 150 } else { 700 };
-                let finding = head.look(Reading::Echo(mm(distance)), None).finding;
+                let finding = head.validate(Reading::Echo(mm(distance)), None).finding;
                 assert!(finding == Finding::Plausible || step == restless);
             }
             assert_eq!(head.count(Finding::Jump), 1, "direction {restless}");
@@ -718,7 +722,7 @@ mod tests {
     fn counts_saturate() {
         let mut head = Head::new();
         for _ in 0..70_000_u32 {
-            let _ = head.look(Reading::Missing(Missing::Bus), None);
+            let _ = head.validate(Reading::Missing(Missing::Bus), None);
         }
         assert_eq!(head.count(Finding::Missing), u16::MAX);
         assert_eq!(head.count(Finding::Plausible), 0);
@@ -764,7 +768,7 @@ mod tests {
         /// For any readings: one changes exactly if its finding says so, and every finding is counted.
         #[test]
         fn findings_agree_with_the_definitions(
-            looks in proptest::collection::vec(
+            readings in proptest::collection::vec(
                 (any_reading(), 88_u8..90, 0_i32..3, 0_u32..9000),
                 0..300,
             ),
@@ -775,7 +779,7 @@ mod tests {
             let mut expected_counts = [0_u16; Finding::ALL.len()];
             let mut now = 0_u32;
             let mut run = Vec::new(); // of bytes that give an echo, each with its direction
-            for (reading, raw, bearing, later) in looks {
+            for (reading, raw, bearing, later) in readings {
                 now = now.wrapping_add(later);
                 let Validated { reading: passed, finding } =
                     validator.validate(&rules, reading, Some(raw), degrees(bearing), Ticks::new(now));
