@@ -17,7 +17,7 @@ fn a_stuck_sensor_loses_health_and_leaves_the_map_alone() {
     let rules = ValidationRules::try_new(config).unwrap();
     let geometry = Geometry::try_new(17, 11, mm(100), Point::from_mm(-850, 0)).unwrap();
     let grid = BayesGrid::try_new(geometry, Strength::MEASUREMENT, [0_u8; 187]).unwrap();
-    let mut mapper = Mapper::new(grid, [Health::default(); 1], HealthRules::DEFAULT);
+    let mut mapper: Mapper<_, [Health; 1]> = Mapper::new(grid, HealthRules::DEFAULT);
     let model = BeamModel::try_new(BeamConfig::narrow(mm(800))).unwrap();
     let sensor = SensorId::try_new(1).unwrap();
     let mut validator = Validator::new();

@@ -197,33 +197,41 @@ impl HostMapper {
             strongest: own_strongest,
         };
         Self(match (method, own) {
-            (Method::Bayes, _) if landmarks == Landmarks::Literal => {
-                Inner::Literal(Mapper::new(LiteralGrid::new(geometry), health, rules))
-            }
+            (Method::Bayes, _) if landmarks == Landmarks::Literal => Inner::Literal(
+                Mapper::with_records(LiteralGrid::new(geometry), health, rules),
+            ),
             (Method::Bayes, _) => {
                 let grid = BayesGrid::try_new(geometry, strongest, flat);
-                Inner::Bayes(Mapper::new(grid.expect(RIGHT_SIZE), health, rules))
+                Inner::Bayes(Mapper::with_records(grid.expect(RIGHT_SIZE), health, rules))
             }
             (Method::Robust, _) => {
                 let owners = vec![0; owner_bytes(cells, sensors)];
                 let grid = RobustGrid::try_new(geometry, add, sensors, flat, owners);
-                Inner::Robust(Mapper::new(grid.expect(RIGHT_SIZE), health, rules))
+                Inner::Robust(Mapper::with_records(grid.expect(RIGHT_SIZE), health, rules))
             }
             (Method::Trimmed, Own::Latest) => {
                 let grid = TrimmedGrid::try_new(geometry, sensors, trim, Latest, layered());
-                Inner::TrimmedLatest(Mapper::new(grid.expect(RIGHT_SIZE), health, rules))
+                Inner::TrimmedLatest(Mapper::with_records(grid.expect(RIGHT_SIZE), health, rules))
             }
             (Method::Trimmed, Own::Accumulated) => {
                 let grid = TrimmedGrid::try_new(geometry, sensors, trim, accumulated, layered());
-                Inner::TrimmedAccumulated(Mapper::new(grid.expect(RIGHT_SIZE), health, rules))
+                Inner::TrimmedAccumulated(Mapper::with_records(
+                    grid.expect(RIGHT_SIZE),
+                    health,
+                    rules,
+                ))
             }
             (Method::Median, Own::Latest) => {
                 let grid = MedianGrid::try_new(geometry, sensors, middle, Latest, layered());
-                Inner::MedianLatest(Mapper::new(grid.expect(RIGHT_SIZE), health, rules))
+                Inner::MedianLatest(Mapper::with_records(grid.expect(RIGHT_SIZE), health, rules))
             }
             (Method::Median, Own::Accumulated) => {
                 let grid = MedianGrid::try_new(geometry, sensors, middle, accumulated, layered());
-                Inner::MedianAccumulated(Mapper::new(grid.expect(RIGHT_SIZE), health, rules))
+                Inner::MedianAccumulated(Mapper::with_records(
+                    grid.expect(RIGHT_SIZE),
+                    health,
+                    rules,
+                ))
             }
         })
     }
@@ -241,6 +249,20 @@ impl HostMapper {
         now: Ticks,
     ) -> Result<u32, UnknownSensor> {
         each!(&mut self.0, mapper => mapper.integrate(sensor, beam, model, now))
+    }
+
+    /// Adds one reading to the sensor's record and not to the map; see [`Mapper::record`].
+    ///
+    /// # Errors
+    ///
+    /// [`UnknownSensor`] if the map was made for fewer sensors.
+    pub fn record(
+        &mut self,
+        sensor: SensorId,
+        reading: Reading,
+        now: Ticks,
+    ) -> Result<(), UnknownSensor> {
+        each!(&mut self.0, mapper => mapper.record(sensor, reading, now))
     }
 
     /// Returns the fused value of every cell, row after row from the lowest.

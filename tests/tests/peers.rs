@@ -210,7 +210,7 @@ fn defect_3_that_all_sensors_are_silent_is_noticed_without_a_reading() {
         vec![0; square().cells() as usize],
     );
     let rules = HealthRules::DEFAULT;
-    let mut mapper = Mapper::new(grid.unwrap(), [Health::default(); 3], rules);
+    let mut mapper: Mapper<_, [Health; 3]> = Mapper::new(grid.unwrap(), rules);
     let patience = rules.stale_after();
     mapper.settle(Ticks::new(0));
     mapper.settle(Ticks::new(patience));

@@ -1,4 +1,4 @@
-//! Where a grid lies and which cell holds a place.
+//! A grid's columns, rows, cell size and corner, and the cell that contains a point.
 
 use crate::narrow::{wrapping_u16, wrapping_u32};
 use crate::units::{Millimeters, Point};
@@ -7,31 +7,31 @@ use core::fmt;
 /// One cell of a grid.
 ///
 /// Possession proves that the cell lies inside the grid whose [`Geometry`] made it: there is no other
-/// way to get one. In another grid the same cell may lie outside; there it reads as uncertain and is
+/// way to get one. In another grid the same cell may lie outside; there it reads as *uncertain* and is
 /// never written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Cell(u32);
 
 impl Cell {
-    /// Returns the cell's place in storage: row after row from the lowest, each from the left.
+    /// Returns the cell's index in storage: rows from the lowest to the highest, each from the left.
     #[must_use]
     pub const fn index(self) -> usize {
         self.0 as usize
     }
 
-    /// The index in the width it is kept in.
+    /// The index as 32 bits.
     pub(super) const fn number(self) -> u32 {
         self.0
     }
 
-    /// Creates the cell at `index`, which the caller knows to be inside its grid.
+    /// Creates the cell at `index`, which must be inside the grid.
     pub(crate) const fn from_index(index: u32) -> Self {
         Self(index)
     }
 }
 
-/// A grid's width, height, cell size and place: its shape, without its contents.
+/// A grid's columns, rows, cell size and corner, without its contents.
 ///
 /// Possession proves that there is at least one cell, that a side is at most [`Geometry::MAX_SPAN`],
 /// and that the whole grid lies within [`Point::LIMIT`], so that no coordinate inside it saturates.
@@ -44,7 +44,7 @@ pub struct Geometry {
     corner: Point,
 }
 
-/// Why a geometry was refused.
+/// Why a geometry is invalid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum GeometryError {
@@ -56,13 +56,21 @@ pub enum GeometryError {
     TooFar,
 }
 
+impl GeometryError {
+    /// Returns the message, for constants.
+    #[must_use]
+    pub const fn reason(self) -> &'static str {
+        match self {
+            Self::Empty => "a grid needs at least one column, one row and a cell size above 0 mm",
+            Self::TooLarge => "a grid's side must be at most 2^28 mm (268 km)",
+            Self::TooFar => "a grid must end at most 2^28 mm (268 km) from the origin",
+        }
+    }
+}
+
 impl fmt::Display for GeometryError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Empty => "a grid needs a column, a row and a cell size above zero",
-            Self::TooLarge => "a grid's side may be 268 km at most",
-            Self::TooFar => "a grid may reach 268 km from the origin at most",
-        })
+        f.write_str(self.reason())
     }
 }
 
@@ -72,28 +80,48 @@ impl Geometry {
     /// Longest side, in millimetres: 2^28.
     pub const MAX_SPAN: u32 = 1 << 28;
 
-    /// Creates the geometry of `columns` by `rows` cells of side `cell`, its lower left corner at
-    /// the lower left corner of `corner`.
+    /// Creates the geometry of a constant: [`Self::try_new`] that refuses at compile time.
     ///
-    /// # Errors
+    /// # Panics
     ///
-    /// [`GeometryError`] says which limit is broken.
+    /// With the message of the [`GeometryError`]; in a constant that is a compile error.
     ///
     /// # Examples
     ///
-    /// The grid of \[001\] §6.1, refused at compile time if it could not be:
+    /// The grid of \[001\] §6.1:
     ///
     /// ```
     /// use certainty_core::fusion::Geometry;
     /// use certainty_core::units::{Millimeters, Point};
     ///
     /// const SMART_CAR: Geometry =
-    ///     match Geometry::try_new(17, 11, Millimeters::new(100), Point::from_mm(-850, 0)) {
-    ///         Ok(geometry) => geometry,
-    ///         Err(_) => panic!("no such grid"),
-    ///     };
+    ///     Geometry::new(17, 11, Millimeters::new(100), Point::from_mm(-850, 0));
     /// assert_eq!(SMART_CAR.cells(), 187);
     /// ```
+    ///
+    /// Without a column it does not compile:
+    ///
+    /// ```compile_fail
+    /// # use certainty_core::fusion::Geometry;
+    /// # use certainty_core::units::{Millimeters, Point};
+    /// const EMPTY: Geometry = Geometry::new(0, 11, Millimeters::new(100), Point::ORIGIN);
+    /// # let _ = EMPTY;
+    /// ```
+    #[must_use]
+    #[expect(clippy::panic, reason = "for constants, where it is a compile error")]
+    pub const fn new(columns: u16, rows: u16, cell: Millimeters, corner: Point) -> Self {
+        match Self::try_new(columns, rows, cell, corner) {
+            Ok(geometry) => geometry,
+            Err(error) => panic!("{}", error.reason()),
+        }
+    }
+
+    /// Creates the geometry of `columns` by `rows` cells of side `cell`, whose lower left corner is
+    /// the lower left corner of the square millimetre `corner`.
+    ///
+    /// # Errors
+    ///
+    /// [`GeometryError`] names the limit that is exceeded.
     pub const fn try_new(
         columns: u16,
         rows: u16,
@@ -166,15 +194,14 @@ impl Geometry {
         }
     }
 
-    /// Returns the cell that holds `place`, if the grid reaches there.
+    /// Returns the cell that contains `place`; `None` outside the grid.
     ///
     /// ```
     /// # use certainty_core::fusion::Geometry;
     /// # use certainty_core::units::{Millimeters, Point};
-    /// # let grid = Geometry::try_new(17, 11, Millimeters::new(100), Point::from_mm(-850, 0))?;
+    /// # let grid = Geometry::new(17, 11, Millimeters::new(100), Point::from_mm(-850, 0));
     /// assert_eq!(grid.cell_at(Point::from_mm(-850, 0)), grid.cell(0, 0));
-    /// assert_eq!(grid.cell_at(Point::from_mm(-851, 0)), None); // just left of it: no wrap
-    /// # Ok::<(), certainty_core::fusion::GeometryError>(())
+    /// assert_eq!(grid.cell_at(Point::from_mm(-851, 0)), None); // 1 mm left of it: no wrap
     /// ```
     #[must_use]
     pub const fn cell_at(&self, place: Point) -> Option<Cell> {
@@ -196,7 +223,8 @@ impl Geometry {
         }
     }
 
-    /// Returns the place in the middle of `cell`; of an even number of millimetres the upper right.
+    /// Returns the square millimetre in the middle of `cell`; the upper right one of the middle four where
+    /// the cell size is even.
     #[must_use]
     pub const fn center(&self, cell: Cell) -> Point {
         let (column, row) = self.column_and_row(cell);
@@ -209,13 +237,13 @@ impl Geometry {
         )
     }
 
-    /// Returns every cell, row after row from the lowest, each from the left.
+    /// Returns every cell: rows from the lowest to the highest, each from the left.
     #[must_use]
     pub fn iter(&self) -> impl ExactSizeIterator<Item = Cell> + DoubleEndedIterator + use<> {
         IndexRange(0..self.cells())
     }
 
-    /// The column and row of a place, which may lie outside.
+    /// The column and row of a point, which may lie outside.
     pub(crate) const fn address(&self, place: Point) -> (i64, i64) {
         let x = (place.x_mm() as i64).wrapping_sub(self.corner.x_mm() as i64);
         let y = (place.y_mm() as i64).wrapping_sub(self.corner.y_mm() as i64);
@@ -231,7 +259,7 @@ impl Geometry {
         }
     }
 
-    /// The cell of a column and row known to be inside.
+    /// The cell of a column and row that are inside.
     pub(crate) const fn cell_inside(&self, column: u32, row: u32) -> Cell {
         Cell(row.wrapping_mul(self.columns as u32).wrapping_add(column))
     }
@@ -261,42 +289,6 @@ impl DoubleEndedIterator for IndexRange {
 
 impl ExactSizeIterator for IndexRange {}
 
-/// What knows a geometry: a [`Geometry`] itself, or a type whose geometry is a constant.
-///
-/// A grid is a shape plus storage. On a microcontroller the shape is a zero-sized type, so that the
-/// compiler folds the grid's width into the code and the grid takes its cells' bytes and no more; on
-/// the host it is a [`Geometry`] chosen at run time. Both take the same path.
-///
-/// ```
-/// use certainty_core::fusion::{Geometry, Shape};
-/// use certainty_core::units::{Millimeters, Point};
-///
-/// #[derive(Clone, Copy)]
-/// struct Yard;
-///
-/// impl Shape for Yard {
-///     fn geometry(&self) -> Geometry {
-///         const {
-///             match Geometry::try_new(40, 20, Millimeters::new(50), Point::ORIGIN) {
-///                 Ok(geometry) => geometry,
-///                 Err(_) => panic!("no such grid"),
-///             }
-///         }
-///     }
-/// }
-/// assert_eq!(size_of::<Yard>(), 0);
-/// ```
-pub trait Shape {
-    /// Returns the geometry; always the same one.
-    fn geometry(&self) -> Geometry;
-}
-
-impl Shape for Geometry {
-    fn geometry(&self) -> Geometry {
-        *self
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -306,7 +298,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cell_is_where_its_center_is() {
+    fn the_cell_at_a_center_is_its_cell() {
         let grid = paper_grid();
         assert_eq!(grid.iter().len(), 187);
         for (index, cell) in grid.iter().enumerate() {
@@ -334,7 +326,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_is_refused() {
+    fn invalid_geometries_are_refused() {
         let at = |columns, rows, cell| {
             Geometry::try_new(columns, rows, Millimeters::new(cell), Point::ORIGIN)
         };

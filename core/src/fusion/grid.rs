@@ -1,44 +1,60 @@
-//! What every certainty grid can do, whatever its fusion.
+//! The interface of every certainty grid.
 
-use super::{Cell, Geometry};
+use super::geometry::{Cell, Geometry};
 use crate::certainty::Certainty;
-use crate::health::Health;
+use crate::health::{Confidence, Health};
 use crate::sensor::SensorId;
 use core::fmt;
 
-/// What one sensor says about one cell: `sensor.measurement` of \[001\] Fig. 3.
+/// The certainty that one sensor's reading gives a cell: `sensor.measurement` of \[001\] Fig. 3.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Measurement {
-    /// Who says so.
+    /// The sensor.
     pub sensor: SensorId,
-    /// What the cell is, going by this sensor alone.
+    /// The certainty that the cell is occupied, by this sensor alone.
     pub certainty: Certainty,
 }
 
-/// A certainty grid: a shape, storage, and a way to fuse what sensors say.
+/// A certainty grid: a shape, storage, and a way to fuse the measurements of several sensors.
 ///
-/// The four ways differ in what they need to survive a faulty sensor:
+/// The four ways differ in which faults they survive and in what that costs:
 ///
 /// | grid | survives | needs a cell | depends on order |
 /// |---|---|---|---|
 /// | [`BayesGrid`](super::BayesGrid) | single wrong readings | 1 byte | once a cell saturates |
-/// | [`RobustGrid`](super::RobustGrid) | a wrong sensor, attenuated; learns which | 1 byte and an owner | yes |
-/// | [`TrimmedGrid`](super::TrimmedGrid) | t wrong sensors, where 2t + 1 see the cell | 1 byte a sensor | not between sensors |
-/// | [`MedianGrid`](super::MedianGrid) | any minority of wrong sensors | 1 byte a sensor | not between sensors |
+/// | [`RobustGrid`](super::RobustGrid) | a faulty sensor, attenuated; learns which one | 1 byte and an owner | yes |
+/// | [`TrimmedGrid`](super::TrimmedGrid) | t faulty sensors, where 2t + 1 see the cell | 1 byte a sensor | not between sensors |
+/// | [`MedianGrid`](super::MedianGrid) | any minority of faulty sensors | 1 byte a sensor | not between sensors |
+///
+/// `&mut G` is a grid too: a grid that is a `static` can be borrowed by a [`Mapper`](super::Mapper).
 pub trait CertaintyGrid {
     /// Returns where the grid lies and how it is divided.
     fn geometry(&self) -> Geometry;
 
-    /// Adds what one sensor says about one cell.
+    /// Returns the number of sensors that the grid has room for: sensors 1 to this number.
     ///
-    /// `sensors` holds every sensor's health in the order of their numbers; a grid that compares
-    /// sensors ([`RobustGrid`](super::RobustGrid)) reads confidences there and writes what it found, and
-    /// does not add a sensor that is not listed. The others do not look at it. No grid adds a sensor
+    /// The default is for a grid that keeps nothing apart by sensor: all that there can be.
+    fn sensors(&self) -> u8 {
+        u8::MAX
+    }
+
+    /// Returns the record that each sensor of this grid starts with; full confidence by default.
+    fn first_health(&self) -> Health {
+        Health::new(Confidence::FULL)
+    }
+
+    /// Adds one sensor's measurement of one cell.
+    ///
+    /// `sensors` holds every sensor's health in the order of their numbers. A grid that compares sensors
+    /// ([`RobustGrid`](super::RobustGrid)) reads confidences there and writes what the comparison
+    /// taught; it does not add a sensor without a record. The others ignore it. No grid adds a sensor
     /// that it has no room for.
     fn add(&mut self, cell: Cell, measurement: Measurement, sensors: &mut [Health]);
 
-    /// Adds the same word of one sensor about each of `cells`, in their order, to the last.
+    /// Adds the same measurement to each of `cells`, in their order.
+    ///
+    /// Implementations must exhaust `cells`.
     #[inline]
     fn add_all(
         &mut self,
@@ -51,15 +67,59 @@ pub trait CertaintyGrid {
         cells.for_each(|cell| self.add(cell, measurement, sensors));
     }
 
-    /// Returns the belief that `cell` is occupied; fused on demand where the grid keeps each
-    /// sensor's word apart.
+    /// Makes every cell *uncertain* and unowned, as in a new grid.
+    fn clear(&mut self);
+
+    /// Returns the certainty that `cell` is occupied; fused on demand where the grid keeps the sensors'
+    /// measurements apart.
     fn certainty(&self, cell: Cell) -> Certainty;
 
     /// Returns the bytes of storage that the cells and their owners take (\[001\] §7).
     fn memory_bytes(&self) -> usize;
 }
 
-/// Why a grid could not be made.
+impl<G: CertaintyGrid> CertaintyGrid for &mut G {
+    fn geometry(&self) -> Geometry {
+        (**self).geometry()
+    }
+
+    fn sensors(&self) -> u8 {
+        (**self).sensors()
+    }
+
+    fn first_health(&self) -> Health {
+        (**self).first_health()
+    }
+
+    #[inline]
+    fn add(&mut self, cell: Cell, measurement: Measurement, sensors: &mut [Health]) {
+        (**self).add(cell, measurement, sensors);
+    }
+
+    #[inline]
+    fn add_all(
+        &mut self,
+        cells: impl Iterator<Item = Cell>,
+        measurement: Measurement,
+        sensors: &mut [Health],
+    ) {
+        (**self).add_all(cells, measurement, sensors);
+    }
+
+    fn clear(&mut self) {
+        (**self).clear();
+    }
+
+    fn certainty(&self, cell: Cell) -> Certainty {
+        (**self).certainty(cell)
+    }
+
+    fn memory_bytes(&self) -> usize {
+        (**self).memory_bytes()
+    }
+}
+
+/// Why a grid cannot be made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum GridErrorKind {
@@ -70,10 +130,10 @@ pub enum GridErrorKind {
     },
     /// There is no sensor, or more of them than the type has room for.
     Sensors {
-        /// The most that it has room for.
+        /// The number that it has room for.
         most: usize,
     },
-    /// Trimming would leave nothing even of the words of all sensors.
+    /// Trimming would leave nothing even of the measurements of all sensors.
     Trim,
 }
 
@@ -81,10 +141,15 @@ impl fmt::Display for GridErrorKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Storage { needed } => {
-                write!(f, "the grid needs exactly {needed} bytes of storage")
+                write!(
+                    f,
+                    "storage of the wrong size: expected exactly {needed} bytes"
+                )
             }
-            Self::Sensors { most } => write!(f, "the grid needs 1 to {most} sensors"),
-            Self::Trim => f.write_str("trimming t words each way needs 2t + 1 sensors"),
+            Self::Sensors { most } => {
+                write!(f, "wrong number of sensors: expected 1 to {most}")
+            }
+            Self::Trim => f.write_str("too few sensors: trimming t at each end needs 2t + 1"),
         }
     }
 }
@@ -93,8 +158,8 @@ impl fmt::Display for GridErrorKind {
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct GridError<S> {
-    /// Why.
-    pub why: GridErrorKind,
+    /// What was wrong.
+    pub kind: GridErrorKind,
     /// The storage that was handed in.
     pub storage: S,
 }
@@ -102,14 +167,14 @@ pub struct GridError<S> {
 impl<S> fmt::Debug for GridError<S> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("GridError")
-            .field("why", &self.why)
+            .field("kind", &self.kind)
             .finish_non_exhaustive()
     }
 }
 
 impl<S> fmt::Display for GridError<S> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.why.fmt(f)
+        self.kind.fmt(f)
     }
 }
 
@@ -122,7 +187,7 @@ pub(super) fn zeroed<S: AsMut<[u8]>>(mut storage: S, needed: usize) -> Result<S,
         Ok(storage)
     } else {
         Err(GridError {
-            why: GridErrorKind::Storage { needed },
+            kind: GridErrorKind::Storage { needed },
             storage,
         })
     }

@@ -1,18 +1,18 @@
-//! Who owns each cell, packed to as few bits as the number of sensors takes.
+//! The owner of each cell, packed to as few bits as the number of sensors needs.
 
-use super::Cell;
+use super::geometry::Cell;
 use crate::narrow::wrapping_u8;
 use crate::sensor::SensorId;
 
-/// Returns the bits that an owner takes: ⌈log₂(sensors + 1)⌉, *unknown* being one more (\[001\] §7).
+/// Returns the bits that an owner takes: ⌈log₂(sensors + 1)⌉, as *unknown* is one more value (\[001\] §7).
 #[must_use]
 pub const fn owner_bits(sensors: u8) -> u8 {
     let bits = wrapping_u8(u8::BITS.wrapping_sub(sensors.leading_zeros()));
-    // Without sensors there is only *unknown*; one bit keeps the arithmetic simple.
+    // Without sensors there is only *unknown*; one bit avoids a special case.
     if bits == 0 { 1 } else { bits }
 }
 
-/// Returns the bytes that the owners of `cells` cells take with so many `sensors`.
+/// Returns the bytes that the owners of `cells` cells of a grid for `sensors` sensors take.
 ///
 /// Formula (\[001\] §7): ⌈log₂(sensors + 1)⌉ · cells / 8, rounded up.
 ///
@@ -30,16 +30,21 @@ pub const fn owner_bytes(cells: usize, sensors: u8) -> usize {
     (cells / 8).saturating_mul(bits).saturating_add(rest)
 }
 
-/// The owners of a grid's cells.
-///
-/// Owners may straddle two bytes: three bits a cell are three bits a cell.
-#[derive(Debug, Clone)]
-pub(super) struct Owners<O> {
+/// The owners of a grid's cells, of a fixed number of bits each. An owner may straddle two bytes.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Owners<'a> {
     bits: u8,
-    packed: O,
+    packed: &'a [u8],
 }
 
-/// Where an owner is: the byte it starts in, how far it is shifted there, and its mask.
+/// The same, to be written.
+#[derive(Debug)]
+pub(super) struct OwnersMut<'a> {
+    bits: u8,
+    packed: &'a mut [u8],
+}
+
+/// An owner's place: the byte it starts in, its shift there, and its mask.
 #[derive(Debug, Clone, Copy)]
 struct Field {
     byte: usize,
@@ -48,7 +53,7 @@ struct Field {
 }
 
 impl Field {
-    /// The mask where the owner is, in the low two bytes.
+    /// The mask at the owner's place, in the low two bytes.
     #[inline]
     const fn mask_in_place(self) -> u32 {
         (self.mask as u32) << self.shift
@@ -71,7 +76,7 @@ impl Field {
         wrapping_u8(((high as u32) << 8) >> self.shift) & self.mask
     }
 
-    /// The same for the byte behind this owner's first in `packed`; rare, and so no part of the loop.
+    /// The same for the byte after this owner's first in `packed`; rare, so it is kept out of the loop.
     #[cold]
     fn read_high(self, packed: &[u8]) -> u8 {
         let high = packed.get(self.byte.wrapping_add(1)).copied();
@@ -79,21 +84,14 @@ impl Field {
     }
 }
 
-/// Writes the second byte of `number` where that of `mask` says, behind `byte` in `packed`; rare, and so
-/// no part of the loop.
+/// Writes the bits of the second byte of `number` that `mask` selects, after `byte` in `packed`; rare, so
+/// it is kept out of the loop.
 #[cold]
 fn write_high(packed: &mut [u8], byte: usize, mask: u32, number: u32) {
     if let Some(stored) = packed.get_mut(byte.wrapping_add(1)) {
         let ([_, mask, ..], [_, high, ..]) = (mask.to_le_bytes(), number.to_le_bytes());
         *stored = (*stored & !mask) | high;
     }
-}
-
-/// The owners of a grid's cells, for a while of writing.
-#[derive(Debug)]
-pub(super) struct OwnersMut<'a> {
-    bits: u8,
-    packed: &'a mut [u8],
 }
 
 /// An owner's place in storage, looked up once to be read and written.
@@ -105,8 +103,17 @@ pub(super) struct Slot<'a> {
     pub(super) owner: Option<SensorId>,
 }
 
-impl OwnersMut<'_> {
-    /// The place of the owner of `cell`; `None` for a cell of another grid that is none here.
+impl<'a> OwnersMut<'a> {
+    /// The owners in `packed`, [`owner_bytes`] long, of a grid for `sensors` sensors.
+    #[inline]
+    pub(super) const fn new(sensors: u8, packed: &'a mut [u8]) -> Self {
+        Self {
+            bits: owner_bits(sensors),
+            packed,
+        }
+    }
+
+    /// The place of the owner of `cell`; `None` for a cell of another grid that lies outside this one.
     #[inline]
     pub(super) fn slot(&mut self, cell: Cell) -> Option<Slot<'_>> {
         let field = field(cell, self.bits);
@@ -123,7 +130,7 @@ impl OwnersMut<'_> {
 }
 
 impl Slot<'_> {
-    /// Makes `owner` the owner there, one of the sensors that there is room for.
+    /// Writes `owner`, one of the sensors that the grid has room for.
     #[inline]
     pub(super) fn set(self, owner: Option<SensorId>) {
         let Self { field, packed, .. } = self;
@@ -139,10 +146,10 @@ impl Slot<'_> {
     }
 }
 
-/// Where the owner of `cell` is, of owners that take `bits` each.
+/// The place of the owner of `cell`, where owners take `bits` each.
 #[inline]
 const fn field(cell: Cell, bits: u8) -> Field {
-    // In whole groups of eight cells first: 2^29 groups of 8 bytes are all that 32 bits can count.
+    // In whole groups of eight cells first: 2^29 groups of 8 bytes are all that 32 bits count.
     let (group, rest) = (cell.number() / 8, cell.number() % 8);
     let rest = rest.wrapping_mul(bits as u32);
     Field {
@@ -153,9 +160,9 @@ const fn field(cell: Cell, bits: u8) -> Field {
     }
 }
 
-impl<O: AsRef<[u8]> + AsMut<[u8]>> Owners<O> {
-    /// Creates owners in `packed`, zeros of [`owner_bytes`] length.
-    pub(super) const fn new(sensors: u8, packed: O) -> Self {
+impl<'a> Owners<'a> {
+    /// The owners in `packed`, [`owner_bytes`] long, of a grid for `sensors` sensors.
+    pub(super) const fn new(sensors: u8, packed: &'a [u8]) -> Self {
         Self {
             bits: owner_bits(sensors),
             packed,
@@ -164,22 +171,9 @@ impl<O: AsRef<[u8]> + AsMut<[u8]>> Owners<O> {
 
     /// The owner of `cell`; `None` if unknown.
     pub(super) fn get(&self, cell: Cell) -> Option<SensorId> {
-        let (field, packed) = (field(cell, self.bits), self.packed.as_ref());
-        let low = field.out_of_low(*packed.get(field.byte)?);
-        SensorId::try_new(low | field.read_high(packed))
-    }
-
-    /// The owners, to be written.
-    #[inline]
-    pub(super) fn open(&mut self) -> OwnersMut<'_> {
-        OwnersMut {
-            bits: self.bits,
-            packed: self.packed.as_mut(),
-        }
-    }
-
-    pub(super) fn memory_bytes(&self) -> usize {
-        self.packed.as_ref().len()
+        let field = field(cell, self.bits);
+        let low = field.out_of_low(*self.packed.get(field.byte)?);
+        SensorId::try_new(low | field.read_high(self.packed))
     }
 }
 
@@ -206,9 +200,9 @@ mod tests {
         }
     }
 
-    /// The byte and the shift as one position in bits, which takes 64 of them.
+    /// The byte and the shift as one position in bits, of 64 bits.
     #[test]
-    fn an_owner_is_where_its_bits_add_up_to_in_the_largest_grid_too() {
+    fn an_owners_place_is_its_bit_in_the_largest_grid_too() {
         for sensors in [1, 3, 5, 8, 30, 60, 100, 255] {
             let bits = owner_bits(sensors);
             let cells = (0..1000).chain(u32::MAX - 1000..=u32::MAX);
@@ -227,18 +221,19 @@ mod tests {
             sensors in 1..=255_u8,
             writes in prop::collection::vec((0..61_u32, 0..=255_u8), 0..200),
         ) {
-            let mut owners = Owners::new(sensors, vec![0; owner_bytes(61, sensors)]);
+            let mut packed = vec![0; owner_bytes(61, sensors)];
             let mut plain = [None; 61];
             for (index, number) in writes {
                 let owner = SensorId::try_new(number % (sensors.saturating_add(1)).max(1));
-                let mut open = owners.open();
-                open.slot(Cell::from_index(index)).unwrap().set(owner);
+                let mut owners = OwnersMut::new(sensors, &mut packed);
+                owners.slot(Cell::from_index(index)).unwrap().set(owner);
                 plain[index as usize] = owner;
             }
             for (index, &owner) in plain.iter().enumerate() {
                 let cell = Cell::from_index(index as u32);
-                prop_assert_eq!(owners.get(cell), owner);
-                prop_assert_eq!(owners.open().slot(cell).unwrap().owner, owner);
+                prop_assert_eq!(Owners::new(sensors, &packed).get(cell), owner);
+                let mut owners = OwnersMut::new(sensors, &mut packed);
+                prop_assert_eq!(owners.slot(cell).unwrap().owner, owner);
             }
         }
     }

@@ -4,7 +4,7 @@
 //! digest says whether they did.
 
 use certainty_core::fusion::{Beam, Mapper, RobustRules};
-use certainty_core::health::HealthRules;
+use certainty_core::health::{Health, HealthRules};
 use certainty_core::sensor::SensorId;
 use certainty_core::transducer::{Missing, Reading};
 use certainty_core::units::{Millimeters, Ticks};
@@ -46,8 +46,8 @@ pub fn run() -> Result<Outcome, InitError> {
     let owners = [0; certainty_core::fusion::owner_bytes(CELLS, SENSORS)];
     let rules = RobustRules::DEFAULT;
     let grid = SmartCarGrid::try_new(SmartCarShape, rules, SENSORS, [0; CELLS], owners);
-    let health = [rules.first_health(); SENSORS as usize];
-    let mut mapper = Mapper::new(grid.map_err(|_| InitError)?, health, HealthRules::DEFAULT);
+    let grid = grid.map_err(|_| InitError)?;
+    let mut mapper: Mapper<_, [Health; SENSORS as usize]> = Mapper::new(grid, HealthRules::DEFAULT);
     const ACCURACY: U0F16 = U0F16::lit("0.1");
     let model = smart_car::beam_model(ACCURACY);
     let mut dice = Dice::new(1);

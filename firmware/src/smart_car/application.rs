@@ -95,8 +95,7 @@ impl<B: Board> SmartCar<B> {
         let rules = RobustRules::DEFAULT;
         let owners = [0; owner_bytes(CELLS, SENSORS)];
         let grid = SmartCarGrid::try_new(SmartCarShape, rules, SENSORS, [0; CELLS], owners);
-        let health = [rules.first_health(); SENSORS as usize];
-        let mapper = Mapper::new(grid.map_err(|_| InitError)?, health, HealthRules::DEFAULT);
+        let mapper = Mapper::new(grid.map_err(|_| InitError)?, HealthRules::DEFAULT);
         let hello = Hello {
             geometry: SmartCarShape.geometry(),
             sensors: HEADS,

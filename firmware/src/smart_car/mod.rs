@@ -81,12 +81,7 @@ pub struct SmartCarShape;
 impl Shape for SmartCarShape {
     #[inline]
     fn geometry(&self) -> Geometry {
-        const {
-            match Geometry::try_new(17, 11, Millimeters::new(100), Point::from_mm(-850, 0)) {
-                Ok(geometry) => geometry,
-                Err(_) => panic!("no such grid"),
-            }
-        }
+        const { Geometry::new(17, 11, Millimeters::new(100), Point::from_mm(-850, 0)) }
     }
 }
 
@@ -159,10 +154,7 @@ pub fn look_from(car: Pose, slot: u8, heads: u8, step: u32) -> Pose {
 /// nothing, or a reading too long by a tenth would erase the obstacle that it saw.
 #[must_use]
 pub const fn beam_model(accuracy: U0F16) -> BeamModel {
-    const EXACT: BeamModel = match BeamModel::try_new(BeamConfig::narrow(FARTHEST)) {
-        Ok(model) => model,
-        Err(_) => panic!("no such beam"),
-    };
+    const EXACT: BeamModel = BeamModel::new(BeamConfig::narrow(FARTHEST));
     let config = BeamConfig {
         accuracy: accuracy.saturating_add(accuracy),
         ..BeamConfig::narrow(FARTHEST)

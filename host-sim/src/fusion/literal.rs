@@ -50,6 +50,10 @@ impl CertaintyGrid for LiteralGrid {
         }
     }
 
+    fn clear(&mut self) {
+        self.odds.fill(1.0);
+    }
+
     fn certainty(&self, cell: Cell) -> Certainty {
         let odds = self.odds.get(cell.index()).copied().unwrap_or(1.0);
         // Within 0..=256; the cast saturates.

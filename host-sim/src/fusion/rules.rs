@@ -19,10 +19,10 @@ pub enum Rules {
 }
 
 /// `AddToGrid` to the letter.
-const LETTER: RobustRules = checked(RobustConfig::TO_THE_LETTER);
+const LETTER: RobustRules = RobustRules::new(RobustConfig::TO_THE_LETTER);
 
 /// The letter in large steps.
-const COARSE: RobustRules = checked(RobustConfig {
+const COARSE: RobustRules = RobustRules::new(RobustConfig {
     confirmation: I2F14::from_bits(1638), // 0.1
     contradiction: I2F14::from_bits(-1638),
     learning: Learning {
@@ -33,13 +33,6 @@ const COARSE: RobustRules = checked(RobustConfig {
     },
     ..RobustConfig::TO_THE_LETTER
 });
-
-const fn checked(config: RobustConfig) -> RobustRules {
-    match RobustRules::try_new(config) {
-        Ok(rules) => rules,
-        Err(_) => panic!("no such rules"),
-    }
-}
 
 impl Rules {
     /// All of them, the defaults first.

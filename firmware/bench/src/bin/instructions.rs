@@ -100,7 +100,7 @@ fn measure() -> Option<()> {
     every_cell("bayes", &mut bayes, &mut health, 1, Certainty::FREE);
 
     let model = beam_model(UNITS[0].accuracy);
-    let mut mapper = Mapper::new(robust()?, health, HealthRules::DEFAULT);
+    let mut mapper = Mapper::with_records(robust()?, health, HealthRules::DEFAULT);
     for (what, degrees, reading) in [
         ("beam-echo-ahead", 90, Reading::Echo(Millimeters::new(550))),
         ("beam-echo-aslant", 63, Reading::Echo(Millimeters::new(550))),

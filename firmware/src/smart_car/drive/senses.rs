@@ -95,9 +95,7 @@ impl ControlInputs<'_> {
             sum.saturating_add(failure.part())
         });
         let mean = sum.checked_div_int(HEADS.into()).unwrap_or(Effort::ONE);
-        let [right, left] = self
-            .rangers
-            .map(|ranger| Failure::of_health(ranger.health));
+        let [right, left] = self.rangers.map(|ranger| Failure::of_health(ranger.health));
         let map = match map.geometry().cell_at(self.pose.at) {
             Some(_) => Failure::new_saturating(mean),
             None => Failure::TOTAL,

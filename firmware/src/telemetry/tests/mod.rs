@@ -39,6 +39,10 @@ impl CertaintyGrid for Drawn {
         self.cells[cell.index()] = measurement.certainty.to_bits();
     }
 
+    fn clear(&mut self) {
+        self.cells.fill(Certainty::UNCERTAIN.to_bits());
+    }
+
     fn certainty(&self, cell: Cell) -> Certainty {
         Certainty::from_bits(self.cells[cell.index()])
     }
@@ -68,10 +72,7 @@ impl Outbox for Line {
 }
 
 const HELLO: Hello = Hello {
-    geometry: match Geometry::try_new(17, 11, Millimeters::new(100), Point::from_mm(-850, 0)) {
-        Ok(geometry) => geometry,
-        Err(_) => panic!("no such grid"),
-    },
+    geometry: Geometry::new(17, 11, Millimeters::new(100), Point::from_mm(-850, 0)),
     sensors: 3,
     rangers: 2,
     round_ms: 100,
