@@ -1,37 +1,42 @@
-//! What laser scanners saw around the robot, as one list of points (\[003\] §3).
+//! The beams of laser scanners around the robot, as one list of points (\[003\] §3).
 
-use certainty_core::narrow::saturating_i16;
 use certainty_core::transducer::Reading;
 use certainty_core::units::{BinaryAngle, Millimeters, Point, Pose};
 use core::fmt;
 
-/// Where a laser scanner sits on the robot, and how far it sees.
+/// A laser scanner: where it is mounted on the robot, and its range.
 ///
-/// Possession proves that no point it reports is 32 768 mm or more from the robot's middle along x or
-/// y, so that a point takes four bytes.
+/// Possession proves that every point it reports is less than 32 768 mm from the robot's centre along x
+/// and y, so that a point takes four bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Scanner {
     mount: Pose,
-    farthest: Millimeters,
+    range: Millimeters,
 }
 
-/// Why a scanner was refused.
+/// The part of a scanner that is out of range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ScannerError {
-    /// It sits farther than two metres from the robot's middle, along x or y.
+    /// It is mounted farther than two metres from the robot's centre, along x or y.
     Mount,
-    /// It sees nothing, or farther than 30 m.
-    Farthest,
+    /// Its range is zero, or above 30 m.
+    Range,
+}
+
+impl ScannerError {
+    const fn message(self) -> &'static str {
+        match self {
+            Self::Mount => "a scanner must be mounted within 2m of the robot's centre",
+            Self::Range => "a scanner's range must be from 1mm to 30m",
+        }
+    }
 }
 
 impl fmt::Display for ScannerError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Mount => "a scanner must sit within 2m of the robot's middle",
-            Self::Farthest => "a scanner's range must be from 1mm to 30m",
-        })
+        f.write_str(self.message())
     }
 }
 
@@ -41,45 +46,58 @@ impl Scanner {
     const MOST_OFFSET: u32 = 2000;
     const MOST_RANGE: u32 = 30_000;
 
-    /// Creates a scanner at `mount` in the robot's frame that sees up to `farthest`.
+    /// Creates a scanner at `mount` in the robot's frame, for constants.
+    ///
+    /// # Panics
+    ///
+    /// For a mount or a range that [`Self::try_new`] refuses: a constant then does not build. Use that at run
+    /// time.
+    #[expect(clippy::panic, reason = "refuses a constant at compile time")]
+    #[must_use]
+    pub const fn new(mount: Pose, range: Millimeters) -> Self {
+        match Self::try_new(mount, range) {
+            Ok(scanner) => scanner,
+            Err(error) => panic!("{}", error.message()),
+        }
+    }
+
+    /// Creates a scanner at `mount` in the robot's frame.
     ///
     /// # Errors
     ///
-    /// [`ScannerError`] names what is too large.
-    pub const fn try_new(mount: Pose, farthest: Millimeters) -> Result<Self, ScannerError> {
+    /// [`ScannerError`] names the part that is out of range.
+    pub const fn try_new(mount: Pose, range: Millimeters) -> Result<Self, ScannerError> {
         let (x, y) = (
             mount.at.x_mm().unsigned_abs(),
             mount.at.y_mm().unsigned_abs(),
         );
         if x > Self::MOST_OFFSET || y > Self::MOST_OFFSET {
             Err(ScannerError::Mount)
-        } else if farthest.get() == 0 || farthest.get() > Self::MOST_RANGE {
-            Err(ScannerError::Farthest)
+        } else if range.get() == 0 || range.get() > Self::MOST_RANGE {
+            Err(ScannerError::Range)
         } else {
-            Ok(Self { mount, farthest })
+            Ok(Self { mount, range })
         }
     }
 
-    /// Returns where it sits in the robot's frame.
+    /// Returns where it is mounted, in the robot's frame.
     #[must_use]
     pub const fn mount(&self) -> Pose {
         self.mount
     }
 
-    /// Returns how far it sees.
+    /// Returns its range.
     #[must_use]
-    pub const fn farthest(&self) -> Millimeters {
-        self.farthest
+    pub const fn range(&self) -> Millimeters {
+        self.range
     }
 
-    /// Where the beam in direction `bearing`, relative to the scanner's heading, ended.
+    /// The end of the beam in direction `bearing`, relative to the scanner's heading.
     const fn end(&self, bearing: BinaryAngle, reading: Reading) -> Option<Point> {
-        let farthest = self.farthest;
         let range = match reading {
-            Reading::Echo(range) if range.get() < farthest.get() => range,
-            // Nothing nearer than the scanner sees: that much of it is free, and what lies beyond a
-            // sonar's range is all one to the sonar.
-            Reading::Echo(_) | Reading::NoObject => farthest,
+            Reading::Echo(range) if range.get() < self.range.get() => range,
+            // Free up to the scanner's range, which is beyond the range of the sonars.
+            Reading::Echo(_) | Reading::NoObject => self.range,
             Reading::TooNear | Reading::Missing(_) => return None,
         };
         let direction = self.mount.heading.wrapping_add(bearing).direction();
@@ -87,29 +105,34 @@ impl Scanner {
     }
 }
 
-/// The points where the beams of a scan around the robot ended, in the order of their directions.
+/// The end points of the beams of a scan around the robot, in the order of their directions.
 ///
-/// Two scanners of 361 beams each fill `Scan<722>` (\[003\] §3). The scan is one list, counter-clockwise:
+/// `BEAMS` is its capacity, from 1 to 16384; two scanners of 361 beams each fill `Scan<722>` (\[003\] §3).
+/// The scan is one list, counter-clockwise:
 /// first the beams of the one scanner, then those of the other.
 ///
-/// Memory: 4 bytes a beam and 12.
+/// Memory: 4 bytes per beam and 12.
 #[derive(Debug, Clone)]
 pub struct Scan<const BEAMS: usize> {
     points: heapless::Vec<[i16; 2], BEAMS>,
     unseen: u32,
 }
 
-/// A scan has more beams than there is room for; the beam was not taken.
+/// A scan is full; the beam was not added.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct TooManyBeams {
-    /// How many there is room for.
-    pub room: usize,
+    /// The scan's capacity.
+    pub capacity: usize,
 }
 
 impl fmt::Display for TooManyBeams {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "the scan has room for {} beams and got more", self.room)
+        write!(
+            f,
+            "the scan has more beams than its capacity of {}",
+            self.capacity
+        )
     }
 }
 
@@ -129,12 +152,12 @@ impl<const BEAMS: usize> Scan<BEAMS> {
 
     /// Adds the beam in direction `bearing`, relative to the scanner's heading.
     ///
-    /// No object counts as a point at the end of the scanner's range: what lies beyond is no concern
-    /// of a sonar. A beam that is too near or missing says nothing and leaves no point; it is counted.
+    /// *No object* adds a point at the scanner's range, which is beyond that of a sonar. A beam that is
+    /// *too near* or *missing* adds no point and is counted as [`unseen`](Scan::unseen).
     ///
     /// # Errors
     ///
-    /// [`TooManyBeams`] if the scan is full; it is as it was.
+    /// [`TooManyBeams`] if the scan is full; it is then unchanged.
     pub fn add(
         &mut self,
         scanner: &Scanner,
@@ -143,9 +166,10 @@ impl<const BEAMS: usize> Scan<BEAMS> {
     ) -> Result<(), TooManyBeams> {
         match scanner.end(bearing, reading) {
             Some(end) => {
-                let point = [saturating_i16(end.x_mm()), saturating_i16(end.y_mm())];
+                // Both fit: that is what a `Scanner` proves.
+                let point = [end.x_mm(), end.y_mm()].map(|mm| i16::try_from(mm).unwrap_or(0));
                 let added = self.points.push(point);
-                added.map_err(|_| TooManyBeams { room: BEAMS })
+                added.map_err(|_| TooManyBeams { capacity: BEAMS })
             }
             None => {
                 self.unseen = self.unseen.saturating_add(1);
@@ -154,20 +178,20 @@ impl<const BEAMS: usize> Scan<BEAMS> {
         }
     }
 
-    /// Forgets all beams.
+    /// Removes all beams.
     pub fn clear(&mut self) {
         self.points.clear();
         self.unseen = 0;
     }
 
-    /// Returns the points in the robot's frame, in the order in which they came.
+    /// Returns the points in the robot's frame, in the order in which they were added.
     #[must_use]
     pub fn points(&self) -> impl ExactSizeIterator<Item = Point> + '_ {
         let points = self.points.iter();
         points.map(|&[x, y]| Point::from_mm(x.into(), y.into()))
     }
 
-    /// Returns how many beams left no point.
+    /// Returns the number of beams that added no point.
     #[must_use]
     pub const fn unseen(&self) -> u32 {
         self.unseen
@@ -200,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn each_kind_of_reading_leaves_its_own_trace() {
+    fn each_kind_of_reading_adds_its_point_or_none() {
         let mount = Pose::new(Point::from_mm(100, 0), BinaryAngle::QUARTER);
         let scanner = Scanner::try_new(mount, mm(8000)).unwrap();
         let mut scan = Scan::<4>::new();
@@ -225,12 +249,12 @@ mod tests {
     }
 
     #[test]
-    fn a_beam_too_many_is_refused_and_changes_nothing() {
+    fn a_full_scan_refuses_a_beam_and_is_unchanged() {
         let scanner = Scanner::try_new(Pose::default(), mm(8000)).unwrap();
         let mut scan = Scan::<1>::new();
         let beam = |scan: &mut Scan<1>| scan.add(&scanner, BinaryAngle::ZERO, Reading::NoObject);
         assert_eq!(beam(&mut scan), Ok(()));
-        assert_eq!(beam(&mut scan), Err(TooManyBeams { room: 1 }));
+        assert_eq!(beam(&mut scan), Err(TooManyBeams { capacity: 1 }));
         assert_eq!(scan.points().len(), 1);
         scan.clear();
         assert_eq!(beam(&mut scan), Ok(()));
@@ -243,9 +267,9 @@ mod tests {
         for mount in [at(2001, 0), at(0, -2001), at(i32::MIN, 0)] {
             assert_eq!(Scanner::try_new(mount, mm(1)), Err(ScannerError::Mount));
         }
-        for farthest in [0, 30_001, u32::MAX] {
-            let refused = Scanner::try_new(at(0, 0), mm(farthest));
-            assert_eq!(refused, Err(ScannerError::Farthest));
+        for range in [0, 30_001, u32::MAX] {
+            let refused = Scanner::try_new(at(0, 0), mm(range));
+            assert_eq!(refused, Err(ScannerError::Range));
         }
     }
 }

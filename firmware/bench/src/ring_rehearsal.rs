@@ -126,7 +126,7 @@ fn look(
     let mut scan = Scan::new();
     fill(&mut scan, dice)?;
     let begin = clock();
-    let made = polygon.remake(&scan, &PolygonRules::DEFAULT);
+    let made = polygon.rebuild(&scan, &PolygonRules::DEFAULT);
     made.map_err(|_| InitError)?;
     Ok(clock().wrapping_sub(begin))
 }

@@ -4,8 +4,7 @@ pub mod campaign;
 pub mod drive_study;
 mod oracle;
 pub mod recovery;
-pub mod ring_extraction;
-pub mod ring_sweep;
+pub mod ring_study;
 mod statistics;
 pub mod table2;
 

@@ -1,17 +1,17 @@
-//! What can be wrong with a sonar of a ring, and how it is written: `[KIND:]SENSOR[=VALUE]`.
+//! Faults of a ring's sonars, and their notation: `[KIND:]SENSOR[=VALUE]`.
 //!
 //! | kind | value | default | meaning |
 //! |---|---|---|---|
-//! | `falsified` | a length | `500mm` | every distance to which the sonar contributes is off by that; *no echo* too |
-//! | `blind` | – | – | neither sends nor hears |
-//! | `stuck` | a length | `500mm` | whatever it listens to, it tells that distance |
-//! | `crosstalk` | – | – | hears a foreign pulse at any time before its own echo |
-//! | `misaligned` | an angle | `30deg` | looks that much to the left of where it should |
+//! | `falsified` | a length | `500mm` | every distance on the sonar's paths is off by that, *no echo* too |
+//! | `blind` | – | – | neither sends nor receives |
+//! | `stuck` | a length | `500mm` | reports that distance for every pulse it receives |
+//! | `crosstalk` | – | – | receives a foreign pulse at a random time before its own echo |
+//! | `misaligned` | an angle | `30deg` | is turned to the left by that |
 //!
-//! A number alone is `falsified`, the fault of \[003\] §7, which does not say by how much. The defaults are
-//! open choices: five times the paper's threshold, and a turn of two places.
+//! A number alone is `falsified`, the fault of \[003\] §7, which gives no value. The defaults are our
+//! choices: five times the paper's threshold, and a turn of two slots.
 
-use super::SONARS;
+use super::acoustics::SONARS;
 use crate::quantity::{self, Excerpt, QuantityError};
 use certainty_core::sensor::SensorId;
 use certainty_core::units::{BinaryAngle, Millimeters};
@@ -22,15 +22,15 @@ use thiserror::Error;
 /// A kind of fault with its value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RingDefect {
-    /// Every distance is off by so much.
+    /// Every distance is off by this much.
     Falsified(Millimeters),
-    /// Nothing sent, nothing heard.
+    /// Sends and receives nothing.
     Blind,
-    /// Always the same distance.
+    /// Reports always this distance.
     Stuck(Millimeters),
-    /// Foreign pulses.
+    /// Receives foreign pulses.
     Crosstalk,
-    /// Looks elsewhere, so far to the left.
+    /// Is turned to the left by this angle.
     Misaligned(BinaryAngle),
 }
 
@@ -44,7 +44,7 @@ impl RingDefect {
         Self::Misaligned(BinaryAngle::from_millidegrees(30_000)),
     ];
 
-    /// Returns what the kind is called.
+    /// Returns the name of the kind.
     #[must_use]
     pub const fn kind(self) -> &'static str {
         match self {
@@ -71,7 +71,7 @@ impl RingDefect {
     }
 }
 
-/// A fault and the sonar it is of.
+/// A fault of one sonar.
 ///
 /// ```
 /// use certainty_sim::ring::RingFault;
@@ -82,44 +82,44 @@ impl RingDefect {
 /// assert_eq!(fault.sensor.number(), 12);
 /// assert_eq!(
 ///     "blind:25".parse::<RingFault>().unwrap_err().to_string(),
-///     "'25' is no sonar: write a number from 1 to 24, for example falsified:4"
+///     "unknown sonar '25': expected a number from 1 to 24, such as falsified:4"
 /// );
 /// # Ok::<(), certainty_sim::ring::RingFaultError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RingFault {
-    /// Which sonar has it.
+    /// The faulty sonar.
     pub sensor: SensorId,
-    /// What is wrong.
+    /// Its fault.
     pub defect: RingDefect,
 }
 
-/// Why a text is no fault of a ring; displays as one line with an example.
+/// Why a text is not a fault of a ring; displays as one line with an example.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum RingFaultError {
-    /// A kind that does not exist.
+    /// An unknown kind.
     #[error(
-        "unknown fault '{0}': write falsified, blind, stuck, crosstalk or misaligned, for example \
+        "unknown fault '{0}': expected falsified, blind, stuck, crosstalk or misaligned, such as \
          blind:4"
     )]
     UnknownKind(Excerpt),
-    /// No sonar of the ring.
-    #[error("'{0}' is no sonar: write a number from 1 to 24, for example falsified:4")]
-    BadSensor(Excerpt),
-    /// A value for a kind that has none.
-    #[error("{kind} takes no value: write {kind}:4 without '={value}'")]
+    /// Not a sonar of the ring.
+    #[error("unknown sonar '{0}': expected a number from 1 to 24, such as falsified:4")]
+    UnknownSensor(Excerpt),
+    /// A value for a kind that takes none.
+    #[error("{kind} takes no value: remove '={value}'")]
     NoValue {
         /// The kind.
         kind: &'static str,
-        /// What was written.
+        /// The value.
         value: Excerpt,
     },
-    /// A value that is no quantity of the kind.
+    /// A value that is not a quantity of the kind.
     #[error("{kind}: {source}")]
     Quantity {
         /// The kind.
         kind: &'static str,
-        /// What is wrong with the value.
+        /// Why.
         source: QuantityError,
     },
 }
@@ -140,7 +140,7 @@ impl FromStr for RingFault {
             .filter(|&n| usize::from(n) <= SONARS);
         let sensor = number
             .and_then(SensorId::try_new)
-            .ok_or_else(|| RingFaultError::BadSensor(Excerpt::new(sensor)))?;
+            .ok_or_else(|| RingFaultError::UnknownSensor(Excerpt::new(sensor)))?;
         let defect = value.map_or(Ok(defect), |value| defect.with_value(value))?;
         Ok(Self { sensor, defect })
     }
@@ -149,7 +149,7 @@ impl FromStr for RingFault {
 impl FromStr for RingDefect {
     type Err = RingFaultError;
 
-    /// Reads a kind, with its default value.
+    /// Parses a kind; it gets its default value.
     fn from_str(kind: &str) -> Result<Self, Self::Err> {
         let found = Self::ALL.into_iter().find(|defect| defect.kind() == kind);
         found.ok_or_else(|| RingFaultError::UnknownKind(Excerpt::new(kind)))
@@ -175,7 +175,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_written_is_read_again() {
+    fn a_displayed_fault_parses_to_itself() {
         for text in [
             "falsified:4=500mm",
             "blind:1",
@@ -189,19 +189,19 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_said_in_one_line() {
-        for (text, said) in [
-            ("", "'' is no sonar"),
-            ("0", "'0' is no sonar"),
+    fn errors_are_one_line_and_name_the_text() {
+        for (text, expected) in [
+            ("", "unknown sonar ''"),
+            ("0", "unknown sonar '0'"),
             ("4:blind", "unknown fault '4'"),
-            ("blind", "'blind' is no sonar"),
+            ("blind", "unknown sonar 'blind'"),
             ("blind:4=3m", "takes no value"),
             ("stuck:4=3", "has no unit"),
             ("misaligned:4=nandeg", "not a finite number"),
             ("stuck:4=", "is not a number"),
         ] {
             let error = text.parse::<RingFault>().unwrap_err().to_string();
-            assert!(error.contains(said), "{text}: {error}");
+            assert!(error.contains(expected), "{text}: {error}");
             assert!(!error.contains('\n'));
         }
     }

@@ -1,7 +1,7 @@
-//! Pictures of one look around, as the figures of \[003\] show them.
+//! Charts of one observation, after the figures of \[003\].
 
-use super::observation::{Judged, Observation, Situation};
-use super::{SONARS, Vectors};
+use super::acoustics::SONARS;
+use super::simulation::{Observation, RingDiagnosis, RingSimulation, Vectors};
 use crate::export::{ExportError, OutDir};
 use crate::plot::{Axis, BarChart, BarSeries, Ink, Layer, Plan};
 use certainty_core::units::BinaryAngle;
@@ -10,19 +10,19 @@ use certainty_ring::{
 };
 use std::path::PathBuf;
 
-/// Metres of the robot's frame.
-type Place = (f64, f64);
+/// A point of the robot's frame, in metres.
+type Metres = (f64, f64);
 
-/// Writes the scan with its polygon (figures 1 and 2), the simulated echoes (3), the real ones (4),
-/// where their arcs meet (5), and the three vectors; each as PNG and SVG.
+/// Writes the scan with its polygon (figures 1 and 2), the simulated echoes (3), the measured echoes (4),
+/// the intersections of their arcs (5), and the three vectors; each as PNG and SVG.
 ///
 /// # Errors
 ///
-/// [`ExportError`] if a file cannot be put in place.
+/// [`ExportError`] if a file cannot be written.
 pub fn draw(
-    situation: &Situation<'_>,
+    simulation: &RingSimulation<'_>,
     observation: &Observation,
-    judged: &Judged,
+    diagnosis: &RingDiagnosis,
     out: &OutDir,
 ) -> Result<Vec<PathBuf>, ExportError> {
     let mut files = Vec::new();
@@ -33,7 +33,7 @@ pub fn draw(
             .filter(move |element| element.kind() == kind);
         of_kind.map(line).collect::<Vec<_>>()
     };
-    let points: Vec<Place> = observation
+    let points: Vec<Metres> = observation
         .scan
         .points()
         .map(|point| (f64::from(point.x_mm()) / 1e3, f64::from(point.y_mm()) / 1e3))
@@ -65,12 +65,12 @@ pub fn draw(
         ],
     };
     files.extend(scan.write(out, "ring-scan")?);
-    let arcs = |distances: &Distances<SONARS>, across: bool| -> Vec<Vec<Place>> {
-        let paths = situation
+    let arcs = |distances: &Distances<SONARS>, across: bool| -> Vec<Vec<Metres>> {
+        let paths = simulation
             .ring
             .paths()
             .filter(|path| (path.order() > 0) == across);
-        paths.map(|path| arc(situation, path, distances)).collect()
+        paths.map(|path| arc(simulation, path, distances)).collect()
     };
     let echoes = |title: &str, distances: &Distances<SONARS>| Plan {
         title: title.to_owned(),
@@ -80,33 +80,37 @@ pub fn draw(
             layer("cross echo", Ink::Thin, arcs(distances, true)),
         ],
     };
-    let simulated = echoes("Echoes simulated from the polygon", &judged.expected);
+    let simulated = echoes("Echoes simulated from the polygon", &diagnosis.expected);
     files.extend(simulated.write(out, "ring-simulated")?);
-    let heard = echoes("Echoes heard", &judged.heard);
-    files.extend(heard.write(out, "ring-heard")?);
-    let meetings = Plan {
+    let measured = echoes("Echoes heard", &diagnosis.measured);
+    files.extend(measured.write(out, "ring-heard")?);
+    let crossings = Plan {
         title: "Where independent echoes meet".into(),
         layers: vec![
-            layer("direct echo", Ink::Thin, arcs(&judged.heard, false)),
-            layer("cross echo", Ink::Thin, arcs(&judged.heard, true)),
-            layer("intersection", Ink::Dots, vec![meetings(situation, judged)]),
+            layer("direct echo", Ink::Thin, arcs(&diagnosis.measured, false)),
+            layer("cross echo", Ink::Thin, arcs(&diagnosis.measured, true)),
+            layer(
+                "intersection",
+                Ink::Dots,
+                vec![intersections(simulation, diagnosis)],
+            ),
         ],
     };
-    files.extend(meetings.write(out, "ring-intersections")?);
-    files.extend(vectors(judged).write(out, "ring-vectors")?);
+    files.extend(crossings.write(out, "ring-intersections")?);
+    files.extend(vectors(diagnosis).write(out, "ring-vectors")?);
     Ok(files)
 }
 
-fn metres(place: FinePoint) -> Place {
+fn metres(place: FinePoint) -> Metres {
     let steps = f64::from(FinePoint::STEPS) * 1e3;
     (f64::from(place.x()) / steps, f64::from(place.y()) / steps)
 }
 
-fn line(element: &Element) -> Vec<Place> {
+fn line(element: &Element) -> Vec<Metres> {
     vec![metres(element.start()), metres(element.end())]
 }
 
-/// An echo's arc as a function of the direction, for drawing: centre, semi-axes and reach.
+/// An echo's arc as a function of the direction, for drawing: centre, semi-axes and extent.
 struct Curve {
     middle: f64,
     offset: f64,
@@ -116,24 +120,28 @@ struct Curve {
 }
 
 impl Curve {
-    fn of(situation: &Situation<'_>, path: Path, distances: &Distances<SONARS>) -> Option<Self> {
+    fn of(
+        simulation: &RingSimulation<'_>,
+        path: Path,
+        distances: &Distances<SONARS>,
+    ) -> Option<Self> {
         let Folded::Distance(distance) = distances.get(path) else {
             return None;
         };
-        let ring = situation.ring.config();
+        let ring = simulation.ring.config();
         let spacing = core::f64::consts::TAU / SONARS as f64;
         let turned = f64::from(path.order()) * spacing / 2.0;
         let radius = f64::from(ring.radius.get()) / 1e3;
         let (offset, focal) = (radius * turned.cos(), radius * turned.sin());
         let ahead = f64::from(distance.get()) / 1e3;
         let curve = Self {
-            middle: radians(situation.ring.middle(path)),
+            middle: radians(simulation.ring.middle(path)),
             offset,
             ahead,
             aside: ahead.hypot(focal),
             half: 0.0,
         };
-        // As far as both sonars' cones: their bearing to the place is within half the opening.
+        // As far as the cones of both sonars: the bearing to the point is within half the opening angle.
         let opening = (f64::from(ring.opening_millidegrees) / 2e3).to_radians();
         let inside = |aside: f64| {
             let r = curve.radius(aside);
@@ -151,7 +159,7 @@ impl Curve {
         Some(Self { half, ..curve })
     }
 
-    /// How far from the robot's middle, `aside` of the arc's own.
+    /// The distance from the robot's centre in the direction `aside` of the arc's middle.
     fn radius(&self, aside: f64) -> f64 {
         let (sin, cos) = aside.sin_cos();
         let (a, b, m) = (self.aside, self.ahead, self.offset);
@@ -160,7 +168,7 @@ impl Curve {
         (a * a * m * cos + a * b * under.sqrt()) / across
     }
 
-    fn place(&self, aside: f64) -> Place {
+    fn at(&self, aside: f64) -> Metres {
         let (radius, direction) = (self.radius(aside), self.middle + aside);
         (radius * direction.cos(), radius * direction.sin())
     }
@@ -170,24 +178,24 @@ fn radians(angle: BinaryAngle) -> f64 {
     f64::from(angle.to_bits()) / 65536.0 * core::f64::consts::TAU
 }
 
-fn arc(situation: &Situation<'_>, path: Path, distances: &Distances<SONARS>) -> Vec<Place> {
+fn arc(simulation: &RingSimulation<'_>, path: Path, distances: &Distances<SONARS>) -> Vec<Metres> {
     const STEPS: i32 = 24;
-    let Some(curve) = Curve::of(situation, path, distances) else {
+    let Some(curve) = Curve::of(simulation, path, distances) else {
         return Vec::new();
     };
     let steps = -STEPS..=STEPS;
     steps
-        .map(|step| curve.place(curve.half * f64::from(step) / f64::from(STEPS)))
+        .map(|step| curve.at(curve.half * f64::from(step) / f64::from(STEPS)))
         .collect()
 }
 
-/// Where arcs of independent overlaps cross, found by small steps: for the eye.
-fn meetings(situation: &Situation<'_>, judged: &Judged) -> Vec<Place> {
+/// The points where arcs of independent overlaps cross, found in small steps, for drawing only.
+fn intersections(simulation: &RingSimulation<'_>, diagnosis: &RingDiagnosis) -> Vec<Metres> {
     const STEPS: i32 = 120;
-    let mut places = Vec::new();
-    for sensor in situation.ring.sensors() {
-        for overlap in independent_overlaps(&situation.ring, sensor) {
-            let curve = |path| Curve::of(situation, path, &judged.heard);
+    let mut points = Vec::new();
+    for sensor in simulation.ring.sensors() {
+        for overlap in independent_overlaps(&simulation.ring, sensor) {
+            let curve = |path| Curve::of(simulation, path, &diagnosis.measured);
             let Some((own, other)) = curve(overlap.own).zip(curve(overlap.other)) else {
                 continue;
             };
@@ -200,17 +208,17 @@ fn meetings(situation: &Situation<'_>, judged: &Judged) -> Vec<Place> {
                 let at = from + (to - from) * f64::from(step) / f64::from(STEPS);
                 let gap = own.radius(at) - other.radius(at - apart);
                 if from <= to && before.is_some_and(|was: bool| was != (gap > 0.0)) {
-                    places.push(own.place(at));
+                    points.push(own.at(at));
                 }
                 before = Some(gap > 0.0);
             }
         }
     }
-    places
+    points
 }
 
-fn vectors(judged: &Judged) -> BarChart {
-    let vectors = Vectors::of(judged);
+fn vectors(diagnosis: &RingDiagnosis) -> BarChart {
+    let vectors = Vectors::of(&diagnosis.assessment);
     let bars = |name: &str, values: &[u8]| BarSeries {
         name: name.to_owned(),
         values: values.iter().map(|&value| Some(value.into())).collect(),

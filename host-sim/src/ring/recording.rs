@@ -1,6 +1,6 @@
-//! Recordings of real rings: 24 distances a row, and no cross echoes.
+//! Recordings of real rings: 24 direct distances per row, without cross echoes.
 
-use super::SONARS;
+use super::acoustics::SONARS;
 use crate::export::shown;
 use crate::quantity::Excerpt;
 use certainty_core::sensor::SensorId;
@@ -15,13 +15,10 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
-/// Largest recording that is read, in bytes.
+/// Largest accepted recording, in bytes.
 const MOST_BYTES: u64 = 64 << 20;
 
-/// A ring of another range than the paper's.
-pub type WideRing = Ring<SONARS>;
-
-/// Rows of 24 direct readings.
+/// A recording: rows of 24 direct readings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RingRecording {
     rows: Vec<Row>,
@@ -29,14 +26,14 @@ pub struct RingRecording {
     first_skipped: Option<(usize, String)>,
 }
 
-/// A row: its line in the file, from 1, and what each sonar said.
+/// A row: its line in the file, from 1, and the reading of each sonar.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Row {
     line: usize,
     readings: [Reading; SONARS],
 }
 
-/// Why a recording was refused; displays as one line that says what to do.
+/// Why a recording cannot be read; displays as one line.
 #[derive(Debug, Error)]
 pub enum RecordingError {
     /// The file cannot be read.
@@ -44,28 +41,28 @@ pub enum RecordingError {
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the operating system.
         source: io::Error,
     },
-    /// The file is longer than is read.
+    /// The file is too long.
     #[error("{}: over 64 MiB; split the recording into shorter ones", shown(.path))]
     TooLong {
         /// The file.
         path: PathBuf,
     },
-    /// No line has a row.
+    /// No line is a row.
     #[error("{}{}", shown(.path), no_rows(.first.as_ref()))]
     NoRows {
         /// The file.
         path: PathBuf,
-        /// The first line that has none, from 1, and why.
+        /// The first line that is not a row, from 1, and why.
         first: Option<(usize, String)>,
     },
 }
 
-/// What follows the file's name where it has no rows.
+/// The part of the error after the file's name if it has no rows.
 fn no_rows(first: Option<&(usize, String)>) -> String {
-    let format = "give 24 distances in metres a line, separated by commas";
+    let format = "expected 24 distances in metres per line, separated by commas";
     match first {
         Some((line, why)) => format!(":{line}: {why}; {format}"),
         None => format!(": is empty; {format}"),
@@ -73,11 +70,11 @@ fn no_rows(first: Option<&(usize, String)>) -> String {
 }
 
 impl RingRecording {
-    /// Reads the recording at `path`; distances from `range` on are *no object*.
+    /// Reads the recording at `path`; distances of `range` or more are *no object*.
     ///
     /// # Errors
     ///
-    /// [`RecordingError`] says what is wrong and what to do.
+    /// [`RecordingError`] if the file cannot be read, is too long or has no rows.
     pub fn load(path: &Path, range: Millimeters) -> Result<Self, RecordingError> {
         let unreadable = |source| RecordingError::Unreadable {
             path: path.to_owned(),
@@ -103,9 +100,9 @@ impl RingRecording {
         Ok(recording)
     }
 
-    /// Reads a recording from bytes, whatever they are; lines that are no row are skipped and counted.
+    /// Reads a recording from arbitrary bytes; lines that are not rows are skipped and counted.
     ///
-    /// A number that is none (NaN), or below zero, is a missing reading of its sonar.
+    /// NaN or a number below zero is a missing reading of its sonar.
     #[must_use]
     pub fn parse(bytes: &[u8], range: Millimeters) -> Self {
         let mut recording = Self {
@@ -131,20 +128,20 @@ impl RingRecording {
         recording
     }
 
-    /// Returns how many rows there are.
+    /// Returns the number of rows.
     #[must_use]
     pub const fn rows(&self) -> usize {
         self.rows.len()
     }
 
-    /// Returns how many lines were no row.
+    /// Returns the number of lines that are not rows.
     #[must_use]
     pub const fn skipped(&self) -> u64 {
         self.skipped
     }
 }
 
-/// Reads a row: 24 numbers, and perhaps more columns.
+/// Parses a row: 24 numbers; further columns are ignored.
 fn row(line: &[u8], range: Millimeters) -> Result<[Reading; SONARS], String> {
     let text = str::from_utf8(line).map_err(|_| "is not text".to_owned())?;
     let mut readings = [Reading::Missing(Missing::Timeout); SONARS];
@@ -169,23 +166,23 @@ fn row(line: &[u8], range: Millimeters) -> Result<[Reading; SONARS], String> {
     Ok(readings)
 }
 
-/// A run of rows that says something against a sonar; lines of the file, from 1.
+/// Consecutive rows that indicate a fault of a sonar; lines of the file, from 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct FrozenRun {
     /// Its first line.
     pub from_line: usize,
     /// Its last line.
     pub to_line: usize,
-    /// How many rows.
+    /// The number of rows.
     pub rows: usize,
-    /// What the sonar said all the time; nothing for *no object*.
+    /// The constant reading of the sonar; `None` for *no object*.
     pub reading_mm: Option<u32>,
 }
 
-/// What a recording says about one sonar.
+/// The readings of one sonar over a recording.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SensorSummary {
-    /// Its number.
+    /// The sonar's number.
     pub sensor: u8,
     /// Rows with an echo.
     pub echoes: usize,
@@ -193,42 +190,42 @@ pub struct SensorSummary {
     pub no_object: usize,
     /// Rows without a reading.
     pub missing: usize,
-    /// Rows in which its direct arc meets that of at least one neighbour.
+    /// Rows in which its direct arc intersects that of at least one neighbour.
     pub confirmed: usize,
-    /// Mean number of neighbours' arcs that it meets, of six in the paper's ring.
+    /// Mean number of intersections with neighbours' arcs, of six in the paper's ring.
     pub mean_intersections: f64,
-    /// The longest run of equal echoes, whatever the neighbours did.
+    /// The longest run of equal echoes, whatever the neighbours' readings.
     pub longest_equal: Option<FrozenRun>,
     /// Runs of equal echoes during which both neighbours changed by more than 0.1 m.
     pub stuck: Vec<FrozenRun>,
-    /// Runs without an echo during which both neighbours had echoes all the time, within half the range.
+    /// Runs without an echo during which both neighbours had an echo in every row, within half the range.
     pub blind: Vec<FrozenRun>,
 }
 
-/// What can be said about a ring without cross echoes and without lasers.
+/// The assessment of a ring from direct echoes alone, without cross echoes and lasers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DirectAssessment {
     /// Each sonar, in order.
     pub sensors: Vec<SensorSummary>,
-    /// Overlaps that could be assessed, of how many.
+    /// Number of independent overlaps of direct echoes, and of all.
     pub overlaps: (u32, u32),
 }
 
 impl DirectAssessment {
-    /// Fewer rows in a row say nothing.
+    /// The least length of a run.
     pub const LEAST_ROWS: usize = 10;
 
-    /// Assesses a recording by the overlaps of direct echoes (\[003\] §6), and looks for frozen sonars.
+    /// Assesses a recording by the overlaps of direct echoes (\[003\] §6), and finds frozen sonars.
     #[must_use]
-    pub fn of(recording: &RingRecording, ring: &WideRing, rules: &RingRules) -> Self {
+    pub fn of(recording: &RingRecording, ring: &Ring<SONARS>, rules: &RingRules) -> Self {
         let mut sums = [0_u64; SONARS];
         let mut confirmed = [0; SONARS];
         for row in &recording.rows {
-            let heard = Distances::fold(ring, &direct(row), rules);
-            let vector = intersection_based(ring, &heard, &[false; SONARS], rules);
-            for (slot, &met) in vector.iter().enumerate() {
-                sums[slot] += u64::from(met);
-                confirmed[slot] += usize::from(met > 0);
+            let measured = Distances::fold(ring, &direct(row), rules);
+            let vector = intersection_based(ring, &measured, &[false; SONARS], rules);
+            for (slot, &count) in vector.iter().enumerate() {
+                sums[slot] += u64::from(count);
+                confirmed[slot] += usize::from(count > 0);
             }
         }
         let sensors = (0..SONARS).map(|slot| {
@@ -253,19 +250,19 @@ impl DirectAssessment {
                 longest_equal: equal
                     .iter()
                     .max_by_key(|run| run.len())
-                    .map(|run| told(run, slot)),
+                    .map(|run| frozen(run, slot)),
                 stuck: long(&equal)
                     .filter(|run| neighbours(slot).iter().all(|&other| moved(run, other)))
-                    .map(|run| told(run, slot))
+                    .map(|run| frozen(run, slot))
                     .collect(),
                 blind: long(&silent)
                     .filter(|run| neighbours(slot).iter().all(|&other| near(run, other, half)))
-                    .map(|run| told(run, slot))
+                    .map(|run| frozen(run, slot))
                     .collect(),
             }
         });
         let possible = |direct: bool| {
-            // All sonars have as many.
+            // All sonars have the same number.
             let sensor = ring.sensors().next();
             let overlaps = sensor.map(|sensor| independent_overlaps(ring, sensor));
             let is_direct = |o: &Overlap| o.own.order() == 0 && o.other.order() == 0;
@@ -279,7 +276,7 @@ impl DirectAssessment {
     }
 }
 
-/// A row's direct echoes: there and back is twice the distance.
+/// A row's direct echoes: a path length is twice the distance.
 fn direct(row: &Row) -> Echoes<SONARS> {
     let mut echoes = Echoes::unknown();
     for (slot, &reading) in row.readings.iter().enumerate() {
@@ -289,13 +286,13 @@ fn direct(row: &Row) -> Echoes<SONARS> {
         };
         if let Some(sensor) = SensorId::from_slot(slot) {
             let set = echoes.set(sensor, sensor, reading);
-            debug_assert!(set.is_ok(), "a sonar hears itself");
+            debug_assert!(set.is_ok(), "a sonar has a path to itself");
         }
     }
     echoes
 }
 
-/// The runs of rows in which a sonar said the same, of a kind that counts.
+/// The runs of rows in which a sonar's reading is constant and of the given kind.
 fn runs(rows: &[Row], slot: usize, counts: fn(&Reading) -> bool) -> Vec<&[Row]> {
     let same = rows.chunk_by(|a, b| a.readings[slot] == b.readings[slot]);
     same.filter(|run| counts(&run[0].readings[slot])).collect()
@@ -310,7 +307,7 @@ const fn neighbours(slot: usize) -> [usize; 2] {
     [(slot + SONARS - 1) % SONARS, (slot + 1) % SONARS]
 }
 
-/// Whether a sonar's echoes spread by more than 0.1 m in these rows.
+/// Whether a sonar's echoes vary by more than 0.1 m in these rows.
 fn moved(run: &[Row], slot: usize) -> bool {
     let echoes = run.iter().filter_map(|row| match row.readings[slot] {
         Reading::Echo(distance) => Some(distance.get()),
@@ -328,7 +325,7 @@ fn near(run: &[Row], slot: usize, limit: Millimeters) -> bool {
         .all(|row| matches!(row.readings[slot], Reading::Echo(distance) if distance < limit))
 }
 
-fn told(run: &[Row], slot: usize) -> FrozenRun {
+fn frozen(run: &[Row], slot: usize) -> FrozenRun {
     FrozenRun {
         from_line: run[0].line,
         to_line: run[run.len() - 1].line,
@@ -347,7 +344,7 @@ mod tests {
 
     const RANGE: Millimeters = Millimeters::new(5000);
 
-    fn ring() -> WideRing {
+    fn ring() -> Ring<SONARS> {
         let config = RingConfig {
             range: RANGE,
             ..RingConfig::DEFAULT
@@ -361,7 +358,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stuck_and_a_blind_sonar_are_named_with_their_rows() {
+    fn stuck_and_blind_sonars_are_found_with_their_rows() {
         let rows = (0..40).map(|row| {
             let mut distances = [1.0 + f64::from(row) * 0.01; SONARS];
             if (10..30).contains(&row) {
@@ -390,14 +387,14 @@ mod tests {
                 .clone()
                 .all(|s| s.stuck.is_empty() && s.blind.is_empty())
         );
-        // Equal distances all around: each meets all six neighbours, save those that are wrong.
+        // Equal distances all around: each arc intersects those of all six neighbours, except the frozen ones.
         assert_eq!(assessed.overlaps, (6, 35));
         assert!((assessed.sensors[20].mean_intersections - 6.0).abs() < 1e-9);
         assert_eq!(assessed.sensors[3].confirmed, 20);
     }
 
     #[test]
-    fn any_bytes_are_read_and_what_is_no_row_is_counted() {
+    fn lines_that_are_not_rows_are_counted() {
         let sound = ["1.0"; 24].join(",");
         let odd: Vec<_> = ["nan", "inf", "-1"]
             .into_iter()
