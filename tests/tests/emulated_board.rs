@@ -7,7 +7,7 @@ use certainty_firmware::telemetry::{Drive, DriveState};
 use certainty_sim::backend::board::{BoardError, EmulatedBoard, ResetCause};
 use certainty_sim::backend::{Image, Received};
 use certainty_sim::bench::{Bench, BenchSetup, Wires};
-use certainty_sim::experiment::SensorSet;
+use certainty_sim::transducer::SensorSet;
 use certainty_sim::world::World;
 use certainty_tests::firmware;
 use object::{Object, ObjectSection, ObjectSegment, ObjectSymbol};
@@ -47,7 +47,7 @@ fn board() -> Option<EmulatedBoard<Watched>> {
     let image = fs::read(firmware::image("smart_car")?).unwrap();
     let setup = BenchSetup {
         world: Arc::new(World::built_in()),
-        crew: SensorSet::default(),
+        sensors: SensorSet::default(),
         faults: Vec::new(),
         seed: 1,
     };

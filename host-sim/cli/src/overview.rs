@@ -3,8 +3,8 @@
 use super::panels::Mark;
 use certainty_core::certainty::Certainty;
 use certainty_core::fusion::Geometry;
-use certainty_sim::experiment::Truth;
 use certainty_sim::export::{MapImage, write_colour_png};
+use certainty_sim::simulation::Truth;
 use core::num::NonZeroU32;
 use std::io::{self, Write};
 

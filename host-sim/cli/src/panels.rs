@@ -3,8 +3,8 @@
 use anstyle::{AnsiColor, Style};
 use certainty_core::certainty::Certainty;
 use certainty_core::fusion::Geometry;
-use certainty_sim::experiment::Truth;
 use certainty_sim::export::CellState;
+use certainty_sim::simulation::Truth;
 
 /// What one character of a map says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

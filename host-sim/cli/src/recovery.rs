@@ -6,11 +6,11 @@ use super::{Failure, output, progress};
 use certainty_repro::recovery::{
     ConfidenceTrace, Count, Course, FAULTY, Noise, OverSeeds, READINGS, Recovery, Spread, share,
 };
-use certainty_sim::experiment::SensorSet;
 use certainty_sim::export::{ExportError, OutDir, shown};
 use certainty_sim::fault::FaultSpec;
 use certainty_sim::fusion::Rules;
 use certainty_sim::plot::{Axis, Line, LineChart, Span};
+use certainty_sim::transducer::SensorSet;
 use certainty_sim::world::{Layout, World};
 use clap::Args;
 use serde::Serialize;

@@ -8,13 +8,12 @@ use super::table::{row, table};
 use super::{Failure, map_image, output};
 use certainty_core::certainty::Certainty;
 use certainty_firmware::smart_car::SWEEP;
-use certainty_sim::experiment::{
-    Length, MethodResult, Run, STEP_MS, SensorSet, Setup, SetupError, Truth,
-};
 use certainty_sim::export::{OutDir, shown, write_grey_png};
 use certainty_sim::fault::FaultSpec;
 use certainty_sim::fusion::Method;
 use certainty_sim::quantity::Excerpt;
+use certainty_sim::simulation::{Length, MethodResult, Run, STEP_MS, Setup, SetupError, Truth};
+use certainty_sim::transducer::SensorSet;
 use certainty_sim::world::World;
 use clap::Args;
 use core::num::NonZeroU32;
@@ -246,8 +245,8 @@ fn sensors(Simulated { run, methods }: &Simulated) -> Vec<SensorReport> {
     let Some(MethodResult { health, .. }) = learned.or(methods.first()) else {
         return Vec::new();
     };
-    let known = health.iter().zip(run.setup.crew.members());
-    let names = run.setup.crew.names();
+    let known = health.iter().zip(run.setup.sensors.members());
+    let names = run.setup.sensors.names();
     let report = known.map(|((id, health), member)| {
         let faults = run.setup.faults.iter();
         let faults = faults.filter(|spec| spec.sensor.resolve(&names) == Ok(*id));
@@ -275,7 +274,7 @@ fn told(simulated: &Simulated, out: &Path) -> String {
     let mut text = format!(
         "world: {}   sensors: {}   readings: {}   seed: {}\nfault: {faults}\n\n",
         Excerpt::new(setup.world.name()),
-        setup.crew,
+        setup.sensors,
         run.readings.len(),
         setup.seed
     );
@@ -328,7 +327,7 @@ fn told(simulated: &Simulated, out: &Path) -> String {
     text += &table(&rows);
     text += caveat(methods.iter().map(|result| result.method));
     let seconds =
-        run.readings.len() as f64 / f64::from(setup.crew.count()) * f64::from(STEP_MS) / 1e3;
+        run.readings.len() as f64 / f64::from(setup.sensors.count()) * f64::from(STEP_MS) / 1e3;
     text += &format!(
         "\n{seconds:.0} s of the car's time; pictures in {}: overview.png shows all maps\n",
         shown(out)

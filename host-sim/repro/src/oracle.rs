@@ -4,7 +4,7 @@ use certainty_core::certainty::Certainty;
 use certainty_core::fusion::{Beam, Cell};
 use certainty_core::transducer::Reading;
 use certainty_firmware::smart_car::FARTHEST;
-use certainty_sim::experiment::{Run, TakenReading, Truth};
+use certainty_sim::simulation::{Run, SimulatedReading, Truth};
 
 /// Eq. 1 of \[001\] with every sensor's true error rates, in real numbers.
 ///
@@ -44,11 +44,11 @@ fn word(reading: Reading, certainty: Certainty) -> Option<usize> {
 }
 
 /// Calls `tell` with the kind and the word of everything that a reading says, and the cell.
-fn words(run: &Run, taken: &TakenReading, tell: &mut impl FnMut(usize, usize, Cell)) {
+fn words(run: &Run, taken: &SimulatedReading, tell: &mut impl FnMut(usize, usize, Cell)) {
     let beam = Beam::from(&taken.beam);
     let geometry = run.reference.geometry();
     let slot = taken.beam.sensor.slot();
-    let first_kind = slot * KINDS + usize::from(taken.spoilt) * DISTANCES;
+    let first_kind = slot * KINDS + usize::from(taken.faulty) * DISTANCES;
     let model = &run.models[slot];
     beam.interpret(&geometry, model, &mut |cell: Cell, certainty: Certainty| {
         if let Some(word) = word(beam.reading, certainty) {
@@ -116,9 +116,10 @@ impl Oracle {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use certainty_sim::experiment::Score;
-    use certainty_sim::experiment::{Length, SensorSet, Setup};
     use certainty_sim::fusion::Method;
+    use certainty_sim::simulation::Score;
+    use certainty_sim::simulation::{Length, Setup};
+    use certainty_sim::transducer::SensorSet;
     use certainty_sim::world::{Layout, World};
     use std::sync::Arc;
 

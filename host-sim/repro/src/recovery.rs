@@ -13,11 +13,12 @@ pub use choice::{Count, Noise};
 pub use over_seeds::{Course, OverSeeds, Spread};
 
 use certainty_core::health::Confidence;
-use certainty_sim::experiment::{
-    HeadPlacement, Length, SensorLayout, SensorSet, Setup, SetupError, SweepOverlap,
-};
 use certainty_sim::fault::{FaultSpec, SpecError};
 use certainty_sim::fusion::{FusionRules, Method};
+use certainty_sim::simulation::{
+    HeadPlacement, Length, SensorLayout, Setup, SetupError, SweepOverlap,
+};
+use certainty_sim::transducer::SensorSet;
 use certainty_sim::world::World;
 use std::sync::Arc;
 
@@ -96,7 +97,7 @@ impl Recovery {
             Count::All => Length::Readings(READINGS as u32),
         };
         let setup = Setup {
-            rig: RIG,
+            layout: RIG,
             faults,
             fusion: self.fusion,
             ..Setup::smart_car(world, self.crew.clone(), length, seed)

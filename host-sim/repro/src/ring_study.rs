@@ -6,11 +6,11 @@
 use certainty_core::sensor::SensorId;
 use certainty_core::units::{BinaryAngle, Direction, Millimeters, Point, Pose};
 use certainty_ring::{Distances, ElementKind, FinePoint, Folded, Polygon, TooManyElements};
+use certainty_sim::random::{Purpose, stream};
 use certainty_sim::ring::{
     ELEMENTS, Face, LaserPair, PointMm, RingDefect, RingFault, RingSimulation, SONARS,
     ScannerModel, Surfaces, Vectors,
 };
-use certainty_sim::transducer::stream::{Purpose, stream};
 use certainty_sim::world::World;
 use rand::RngExt;
 use rayon::prelude::*;

@@ -1,22 +1,12 @@
-//! A firmware image: where it is, and what it takes of the microcontroller.
+//! A firmware image: where it is, and how much memory it needs.
 
-use super::BackendError;
+use super::outcome::{BackendError, Sizes};
 use core::fmt;
 use object::{Object, ObjectSection, ObjectSymbol, SectionKind};
-use serde::Serialize;
 use std::env;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
-
-/// What an image takes before its first instruction.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-pub struct Sizes {
-    /// Code, constants and the first values of variables.
-    pub flash_bytes: u32,
-    /// Variables, without the stack.
-    pub static_ram_bytes: u32,
-}
 
 /// A firmware image that was read.
 #[derive(Debug, Clone)]
@@ -27,10 +17,10 @@ pub struct Image {
     stack_room: u32,
 }
 
-/// Largest file that is read, in bytes: what is flashed is 128 KiB at the most, the rest is for debuggers.
+/// Largest file that is read, in bytes: at most 128 KiB are flashed, the rest is for debuggers.
 const MOST_BYTES: u64 = 64 << 20;
 
-/// Where `cargo firmware` leaves its images, seen from the folder of build results.
+/// Where `cargo firmware` puts its images, relative to the folder of build results.
 const BUILT: &str = "thumbv7m-none-eabi/firmware";
 
 impl Image {
@@ -38,7 +28,7 @@ impl Image {
     ///
     /// # Errors
     ///
-    /// [`BackendError::NoImage`] where there is none, [`BackendError::BadImage`] where it is no
+    /// [`BackendError::NoImage`] where there is none, [`BackendError::BadImage`] where the file is no
     /// program for a microcontroller.
     pub fn load(path: Option<&Path>, name: &str) -> Result<Self, BackendError> {
         let path = path.map_or_else(|| built(name), Path::to_path_buf);
@@ -51,7 +41,7 @@ impl Image {
             why: why.to_string(),
         };
         let mut bytes = Vec::new();
-        // One byte more than is allowed tells a long file, or a device without end.
+        // One byte more than the limit shows a file that is too long, or an endless device.
         File::open(&path)
             .and_then(|file| file.take(MOST_BYTES + 1).read_to_end(&mut bytes))
             .map_err(unreadable)?;
@@ -74,7 +64,7 @@ impl Image {
         })
     }
 
-    /// Returns where the image is.
+    /// Returns the path of the image.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
@@ -86,7 +76,7 @@ impl Image {
         &self.bytes
     }
 
-    /// Returns what the image takes.
+    /// Returns the memory that the image needs.
     #[must_use]
     pub const fn sizes(&self) -> Sizes {
         self.sizes
@@ -99,7 +89,7 @@ impl Image {
     }
 }
 
-/// Where this build's images are: beside the folder that the program itself is in.
+/// Returns the path of this build's image `name`: beside the folder of the running program.
 fn built(name: &str) -> PathBuf {
     let program = env::current_exe().unwrap_or_default();
     let results = program

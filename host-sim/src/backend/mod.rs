@@ -1,6 +1,6 @@
 //! Where the firmware's application runs: in this process, under QEMU, or on an emulated board.
 //!
-//! The same application meets the same [`Bench`] of simulated devices on each of them:
+//! Each backend runs the same application against the same [`Bench`] of simulated devices:
 //!
 //! | backend | is | its pins are |
 //! |---|---|---|
@@ -8,22 +8,18 @@
 //! | [`Backend::Qemu`] | `bin/qemu` as Thumb code under QEMU | at the far end of its serial line |
 //! | [`Backend::Board`] | `bin/smart_car`, the image that is flashed | registers of an emulated chip |
 //!
-//! What is known of a run is what the car reports on its serial line ([`Received`]), on every backend.
+//! On every backend the results are the reports that the car sends on its serial line ([`Received`]).
 
 #[cfg(feature = "emulated-board")]
 pub mod board;
-mod bridge;
-mod error;
 mod image;
-mod native;
-mod qemu;
-mod received;
+mod outcome;
+mod remote;
 
-pub use error::BackendError;
-pub use image::{Image, Sizes};
-pub use received::{Heard, MissingCounts, Received};
+pub use image::Image;
+pub use outcome::{BackendError, MissingCounts, Received, ReceivedSensor, RunDetails, Sizes};
 
-use crate::bench::{Bench, Stage};
+use crate::bench::Bench;
 use core::fmt;
 use core::str::FromStr;
 use std::path::Path;
@@ -40,10 +36,10 @@ pub enum Backend {
     Board,
 }
 
-/// The text names no backend.
+/// A text that names no backend.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
-#[error("no such backend: write native, qemu or board")]
-pub struct NoSuchBackend;
+#[error("unknown backend: expected native, qemu or board")]
+pub struct UnknownBackend;
 
 impl Backend {
     /// Returns the name it has on a command line.
@@ -64,50 +60,39 @@ impl fmt::Display for Backend {
 }
 
 impl FromStr for Backend {
-    type Err = NoSuchBackend;
+    type Err = UnknownBackend;
 
-    fn from_str(text: &str) -> Result<Self, NoSuchBackend> {
+    fn from_str(text: &str) -> Result<Self, UnknownBackend> {
         [Self::Native, Self::Qemu, Self::Board]
             .into_iter()
             .find(|backend| backend.name() == text)
-            .ok_or(NoSuchBackend)
+            .ok_or(UnknownBackend)
     }
-}
-
-/// What a backend knows of a run besides what the car reports.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Ran {
-    /// What the image takes, where there is one.
-    pub sizes: Option<Sizes>,
-    /// The deepest the stack ever was, in bytes, where it can be told.
-    pub stack_bytes: Option<u32>,
-    /// Where the car truly was in each round, which it cannot know itself.
-    pub stages: Vec<Stage>,
 }
 
 /// Runs the application for `rounds` rounds of its schedule against `bench`.
 ///
-/// `image` replaces the image that this build made.
+/// `image` is the path of an image to run in place of this build's own.
 ///
 /// # Errors
 ///
-/// [`BackendError`] says what the backend lacks, or where it failed.
+/// [`BackendError`] for a backend that is not there, or that failed.
 pub fn run(
     backend: Backend,
     image: Option<&Path>,
     bench: Bench,
     rounds: u32,
-) -> Result<(Received, Ran), BackendError> {
+) -> Result<(Received, RunDetails), BackendError> {
     let mut received = Received::default();
-    let mut enough = |bytes: &[u8]| {
+    let mut done = |bytes: &[u8]| {
         received.take(bytes);
         received.statistics().round >= rounds
     };
     let ran = match backend {
-        Backend::Native => native::run(bench, &mut enough)?,
-        Backend::Qemu => qemu::run(&Image::load(image, "qemu")?, bench, &mut enough)?,
+        Backend::Native => remote::run_native(bench, &mut done)?,
+        Backend::Qemu => remote::run_qemu(&Image::load(image, "qemu")?, bench, &mut done)?,
         #[cfg(feature = "emulated-board")]
-        Backend::Board => board::run(&Image::load(image, "smart_car")?, bench, &mut enough)?,
+        Backend::Board => board::run(&Image::load(image, "smart_car")?, bench, &mut done)?,
         #[cfg(not(feature = "emulated-board"))]
         Backend::Board => return Err(BackendError::NoBoard),
     };

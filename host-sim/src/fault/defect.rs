@@ -1,35 +1,35 @@
-//! What can be wrong with a sensor, and when.
+//! Defects of a sensor, and when they are active.
 
 use crate::quantity::{Percentage, SignedMillimeters};
 use certainty_core::units::{Millimeters, Ticks};
 use core::fmt;
 
-/// What is wrong with a sensor while a fault is active.
+/// What a fault does to readings while it is active.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Defect {
-    /// It says *no object*, whatever is there.
+    /// Every reading is *no object*.
     StuckFar,
-    /// It says the same distance, whatever is there.
+    /// Every reading is this distance.
     StuckNear(Millimeters),
-    /// It errs by a uniformly distributed distance, at most this part of its farthest one.
+    /// Distances have a uniformly distributed error, at most this part of the farthest distance.
     ///
-    /// Uniform, and of the range, not of the distance: an open choice that keeps the error bounded
-    /// and tells it from the relative error of a sound sensor.
+    /// Uniform, and relative to the range, not to the distance: an open choice that keeps the error
+    /// bounded and different from the relative error of a sound sensor.
     Noise(Percentage),
-    /// It errs as with [`Defect::Noise`], and *no object* counts as its farthest distance.
+    /// The error of [`Defect::Noise`], with *no object* as the farthest distance.
     ///
-    /// The error is in the signal, which has a value where there is no object too: half of the time
-    /// noise turns that into an echo.
+    /// The error is in the signal, which has a value without an object too: noise turns half of these
+    /// readings into echoes.
     OutputNoise(Percentage),
-    /// It errs by the same distance every time.
+    /// Distances have this constant error.
     Bias(SignedMillimeters),
-    /// It multiplies every distance.
+    /// Distances are multiplied by this factor.
     Scale(Factor),
-    /// It says a distance of its range, any of them equally likely.
+    /// Every reading is a uniformly random distance of the range.
     Random,
-    /// It does not answer, this often.
+    /// This part of the readings is missing.
     Dropout(Percentage),
-    /// It reports this many times as often as it should.
+    /// The sensor reports this many times as often as its turn comes.
     Chatter(Times),
 }
 
@@ -43,7 +43,7 @@ impl Factor {
     /// The largest factor.
     pub const MOST: f64 = 1000.0;
 
-    /// Creates a factor; `None` outside 0..=1000 and for what is no number.
+    /// Creates a factor; `None` outside 0..=1000 and for NaN.
     #[must_use]
     pub fn try_new(factor: f64) -> Option<Self> {
         // Adding zero turns −0 into 0.
@@ -59,14 +59,14 @@ impl Factor {
     }
 }
 
-/// How many times as often.
+/// A multiple of a frequency.
 ///
 /// Possession proves that it is from 2 to [`Times::MOST`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Times(u32);
 
 impl Times {
-    /// The most often that is accepted.
+    /// The largest multiple.
     pub const MOST: u32 = 1000;
 
     /// Creates a multiple; `None` outside 2..=1000.
@@ -79,14 +79,14 @@ impl Times {
         }
     }
 
-    /// Returns how many times.
+    /// Returns the multiple.
     #[must_use]
     pub const fn get(self) -> u32 {
         self.0
     }
 }
 
-/// When a fault can be active; its start included, its end not.
+/// When a fault can be active: from its start up to, not including, its end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Window {
     /// From the first reading to the last.
@@ -108,7 +108,7 @@ pub enum Window {
 }
 
 impl Window {
-    /// Tells whether the sensor's reading number `reading`, taken `at`, is within.
+    /// Returns whether the sensor's reading number `reading`, taken `at`, is within.
     #[must_use]
     pub fn contains(&self, reading: u64, at: Ticks) -> bool {
         match *self {
@@ -121,19 +121,19 @@ impl Window {
     }
 }
 
-/// A defect, when it can be active, and whether it comes and goes meanwhile.
+/// A defect, when it can be active, and whether it is intermittent.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fault {
-    /// What is wrong.
+    /// The defect.
     pub defect: Defect,
-    /// Whether it comes and goes, in [`Bursts`](super::Bursts).
+    /// Whether it comes and goes, ten readings each on average.
     pub intermittent: bool,
     /// When.
     pub window: Window,
 }
 
 impl Fault {
-    /// A defect that is there all the time.
+    /// Creates a fault that is always active.
     #[must_use]
     pub const fn permanent(defect: Defect) -> Self {
         Self {

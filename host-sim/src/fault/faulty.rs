@@ -1,28 +1,26 @@
-//! A sensor with faults is a sensor.
+//! A sensor with faults, which is a sensor again.
 
-use super::{Defect, Fault, Times};
+use super::defect::{Defect, Fault, Times};
 use crate::quantity::Percentage;
-use crate::transducer::stream::{Purpose, stream};
+use crate::random::{Purpose, stream};
 use crate::transducer::{Look, Sensor};
 use certainty_core::sensor::SensorId;
 use certainty_core::transducer::{Missing, Reading};
 use certainty_core::units::{Millimeters, Ticks};
-use core::fmt;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-/// A sensor, simulated or recorded, that some faults have befallen.
+/// A sensor, simulated or recorded, with faults.
 ///
 /// - Several faults act one after the other, in the order given.
-/// - Noise, bias and scale act on echoes. What they move beyond the range reads *no object*, nearer
-///   than it *too near*; what says no distance has none to be wrong.
+/// - Noise, bias and scale act on echoes. Beyond the range the result reads *no object*, nearer than it *too
+///   near*.
 /// - Output noise acts on *no object* too, which counts as the farthest distance.
-/// - Stuck and random sensors say what they say whatever is there, as long as they answer: a
-///   missing reading stays missing, since no fault here makes a sensor answer.
-/// - The sensor inside is asked every time, and every fault draws the same number of times for
-///   every reading, active or not. So the healthy twin of a faulty run sees the same readings, and
-///   a fault more changes nothing for the others.
-/// - The readings of a window are those of this sensor, counted from 0 over its life.
+/// - Stuck and random sensors replace every reading but a missing one, which stays missing.
+/// - The sensor inside measures every time, and every fault draws the same random numbers for every
+///   reading, active or not. So the healthy twin of a faulty run has the same readings, and one more
+///   fault does not change the others.
+/// - The readings of a window are those of this sensor, counted from 0.
 ///
 /// Order and cost: one draw of two numbers a fault and a reading.
 #[derive(Debug, Clone)]
@@ -30,76 +28,22 @@ pub struct Faulty<S> {
     sensor: S,
     faults: Vec<Instance>,
     readings: u64,
-    spoilt: bool,
-    bursts: Bursts,
+    last_was_faulty: bool,
 }
 
-/// How long an intermittent fault is there and how long it is gone, in readings of the sensor.
+/// Readings of the sensor that an intermittent fault lasts, and that the gap after it lasts, on average.
 ///
-/// Possession proves that both are at least one reading. Lengths are geometrically distributed: at
-/// every reading the fault changes over with the same probability.
-///
-/// The defaults, 10 on average each, are an open choice: longer than one sweep's glimpse of an
-/// obstacle, shorter than a confidence takes to fall.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Bursts {
-    mean_on: f64,
-    mean_off: f64,
-}
+/// Both are geometrically distributed: at every reading the fault changes over with the same probability.
+/// The length is an open choice: longer than a sweep sees an obstacle, shorter than a confidence takes to
+/// fall.
+const MEAN_BURST: f64 = 10.0;
 
-/// Why burst lengths were refused.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct BurstsError;
-
-impl fmt::Display for BurstsError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("bursts and the gaps between them must last a reading or more on average")
-    }
-}
-
-impl core::error::Error for BurstsError {}
-
-impl Default for Bursts {
-    fn default() -> Self {
-        Self {
-            mean_on: 10.0,
-            mean_off: 10.0,
-        }
-    }
-}
-
-impl Bursts {
-    /// Creates bursts of `mean_on` readings with gaps of `mean_off` readings, on average.
-    ///
-    /// # Errors
-    ///
-    /// [`BurstsError`] for less than one reading, and for what is no finite number.
-    pub fn try_new(mean_on: f64, mean_off: f64) -> Result<Self, BurstsError> {
-        let lasts = |mean: f64| mean.is_finite() && mean >= 1.0;
-        if lasts(mean_on) && lasts(mean_off) {
-            Ok(Self { mean_on, mean_off })
-        } else {
-            Err(BurstsError)
-        }
-    }
-
-    /// The part of the time a fault is there.
-    fn share(self) -> f64 {
-        self.mean_on / (self.mean_on + self.mean_off)
-    }
-
-    /// The probability that a burst, or a gap, ends with this reading.
-    fn ends(self, on: bool) -> f64 {
-        1.0 / if on { self.mean_on } else { self.mean_off }
-    }
-}
-
-/// One fault of one sensor, with its own whims.
+/// One fault of one sensor, with its random numbers.
 #[derive(Debug, Clone)]
 struct Instance {
     fault: Fault,
     rng: ChaCha8Rng,
-    /// Whether a burst is on; the first is drawn at the first reading.
+    /// Whether an intermittent fault is active; drawn at the first reading.
     on: Option<bool>,
 }
 
@@ -139,28 +83,11 @@ impl<S: Sensor> Faulty<S> {
             sensor,
             faults,
             readings: 0,
-            spoilt: false,
-            bursts: Bursts::default(),
+            last_was_faulty: false,
         }
     }
 
-    /// Returns the sensor with other bursts of its intermittent faults; they start anew.
-    #[must_use]
-    pub fn with_bursts(mut self, bursts: Bursts) -> Self {
-        self.bursts = bursts;
-        for instance in &mut self.faults {
-            instance.on = None;
-        }
-        self
-    }
-
-    /// Returns the sensor inside.
-    #[must_use]
-    pub const fn inner(&self) -> &S {
-        &self.sensor
-    }
-
-    /// Returns the sensor inside, to be told what it measures next.
+    /// Returns the sensor inside, to set what it measures next.
     pub const fn inner_mut(&mut self) -> &mut S {
         &mut self.sensor
     }
@@ -171,12 +98,12 @@ impl<S: Sensor> Faulty<S> {
         self.readings
     }
 
-    /// Tells whether a fault spoiled, or may have spoiled, the last reading.
+    /// Returns whether a fault was active at the last reading, and so may have changed it.
     ///
-    /// Chatter does not: it repeats what is measured.
+    /// Chatter does not count: it repeats readings without changing them.
     #[must_use]
-    pub const fn spoilt_last(&self) -> bool {
-        self.spoilt
+    pub const fn last_was_faulty(&self) -> bool {
+        self.last_was_faulty
     }
 }
 
@@ -184,14 +111,14 @@ impl<S: Sensor> Sensor for Faulty<S> {
     fn sense(&mut self, look: &Look) -> Reading {
         let mut reading = self.sensor.sense(look);
         let range = self.sensor.range();
-        self.spoilt = false;
+        self.last_was_faulty = false;
         for instance in &mut self.faults {
             let (change, chance): (f64, f64) = instance.rng.random();
-            instance.step(change, self.bursts);
+            instance.step(change);
             if instance.is_active(self.readings, look.at) {
                 let defect = instance.fault.defect;
-                reading = spoilt(reading, defect, chance, range);
-                self.spoilt |= !matches!(defect, Defect::Chatter(_));
+                reading = apply(reading, defect, chance, range);
+                self.last_was_faulty |= !matches!(defect, Defect::Chatter(_));
             }
         }
         self.readings += 1;
@@ -219,41 +146,42 @@ impl<S: Sensor> Sensor for Faulty<S> {
 }
 
 impl Instance {
-    /// Starts, goes on with or ends a burst.
-    fn step(&mut self, change: f64, bursts: Bursts) {
+    /// Starts, continues or ends a burst; `change` is uniform in 0..1.
+    fn step(&mut self, change: f64) {
         self.on = Some(match self.on {
-            None => change < bursts.share(),
-            Some(on) => on != (change < bursts.ends(on)),
+            // Bursts and gaps are equally long.
+            None => change < 0.5,
+            Some(on) => on != (change < 1.0 / MEAN_BURST),
         });
     }
 
-    /// Whether the fault spoils reading number `reading`.
+    /// Whether the fault is active at reading number `reading`.
     fn is_active(&self, reading: u64, at: Ticks) -> bool {
         (!self.fault.intermittent || self.on.unwrap_or(false))
             && self.fault.window.contains(reading, at)
     }
 }
 
-/// What becomes of `reading`; `chance` is uniform in 0..1.
-fn spoilt(
+/// Returns `reading` with the defect; `chance` is uniform in 0..1.
+fn apply(
     reading: Reading,
     defect: Defect,
     chance: f64,
     (nearest, farthest): (Millimeters, Millimeters),
 ) -> Reading {
-    let told = |mm: f64| {
+    let measured = |mm: f64| {
         // Below zero saturates to zero, which is too near.
-        let distance = Millimeters::new(mm.round() as u32);
-        if distance < nearest {
+        let mm = Millimeters::new(mm.round() as u32);
+        if mm < nearest {
             Reading::TooNear
-        } else if distance > farthest {
+        } else if mm > farthest {
             Reading::NoObject
         } else {
-            Reading::Echo(distance)
+            Reading::Echo(mm)
         }
     };
     let moved = |by: &dyn Fn(f64) -> f64| match reading {
-        Reading::Echo(distance) => told(by(f64::from(distance.get()))),
+        Reading::Echo(distance) => measured(by(f64::from(distance.get()))),
         Reading::NoObject | Reading::TooNear | Reading::Missing(_) => reading,
     };
     let error = |share: Percentage| {
@@ -265,14 +193,14 @@ fn spoilt(
         Defect::Dropout(_) | Defect::Chatter(_) => reading,
         _ if matches!(reading, Reading::Missing(_)) => reading,
         Defect::StuckFar => Reading::NoObject,
-        Defect::StuckNear(distance) => told(f64::from(distance.get())),
+        Defect::StuckNear(distance) => measured(f64::from(distance.get())),
         Defect::Random => {
             let choices = f64::from(farthest.saturating_sub(nearest).get()) + 1.0;
-            told(f64::from(nearest.get()) + (chance * choices).floor())
+            measured(f64::from(nearest.get()) + (chance * choices).floor())
         }
         Defect::Noise(share) => moved(&|mm| mm + error(share)),
         Defect::OutputNoise(share) => match reading {
-            Reading::NoObject => told(f64::from(farthest.get()) + error(share)),
+            Reading::NoObject => measured(f64::from(farthest.get()) + error(share)),
             _ => moved(&|mm| mm + error(share)),
         },
         Defect::Bias(by) => moved(&|mm| mm + f64::from(by.get())),
@@ -281,4 +209,370 @@ fn spoilt(
 }
 
 #[cfg(test)]
-mod tests;
+mod tests {
+    use super::*;
+    use crate::fault::FaultSpec;
+    use certainty_core::units::{BinaryAngle, Point};
+    use core::ops::RangeInclusive;
+
+    const NEAR: Millimeters = Millimeters::new(100);
+    const FAR: Millimeters = Millimeters::new(800);
+
+    /// Repeats its readings, and counts the calls.
+    #[derive(Debug, Clone)]
+    struct Repeating {
+        readings: Vec<Reading>,
+        calls: usize,
+    }
+
+    impl Sensor for Repeating {
+        fn sense(&mut self, _: &Look) -> Reading {
+            let reading = self.readings[self.calls % self.readings.len()];
+            self.calls += 1;
+            reading
+        }
+
+        fn range(&self) -> (Millimeters, Millimeters) {
+            (NEAR, FAR)
+        }
+
+        fn reports_per_turn(&self, _: Ticks) -> u32 {
+            2
+        }
+    }
+
+    const fn echo(mm: u32) -> Reading {
+        Reading::Echo(Millimeters::new(mm))
+    }
+
+    const MISSING: Reading = Reading::Missing(Missing::Bus);
+
+    const fn look(ms: u32) -> Look {
+        Look {
+            origin: Point::ORIGIN,
+            bearing: BinaryAngle::ZERO,
+            at: Ticks::new(ms),
+        }
+    }
+
+    fn faulty(readings: &[Reading], specs: &[&str], seed: u64) -> Faulty<Repeating> {
+        let faults = specs
+            .iter()
+            .map(|text| text.parse::<FaultSpec>().unwrap().fault)
+            .collect();
+        let inner = Repeating {
+            readings: readings.to_vec(),
+            calls: 0,
+        };
+        Faulty::new(inner, SensorId::try_new(1).unwrap(), faults, seed)
+    }
+
+    /// `count` readings, a tenth of a second apart.
+    fn run(sensor: &mut impl Sensor, count: u32) -> Vec<Reading> {
+        (0..count).map(|n| sensor.sense(&look(n * 100))).collect()
+    }
+
+    fn after(readings: &[Reading], specs: &[&str]) -> Vec<Reading> {
+        run(&mut faulty(readings, specs, 5), readings.len() as u32)
+    }
+
+    fn distances(readings: &[Reading]) -> Vec<f64> {
+        readings
+            .iter()
+            .map(|reading| match reading {
+                Reading::Echo(distance) => f64::from(distance.get()),
+                other => panic!("{other:?} is no echo"),
+            })
+            .collect()
+    }
+
+    fn assert_spans(values: &[f64], low: RangeInclusive<f64>, high: RangeInclusive<f64>) {
+        let least = values.iter().copied().fold(f64::MAX, f64::min);
+        let most = values.iter().copied().fold(f64::MIN, f64::max);
+        assert!(
+            low.contains(&least) && high.contains(&most),
+            "{least} to {most}"
+        );
+    }
+
+    const ALL: [Reading; 5] = [
+        echo(400),
+        Reading::NoObject,
+        Reading::TooNear,
+        MISSING,
+        echo(800),
+    ];
+
+    #[test]
+    fn without_faults_readings_are_unchanged() {
+        assert_eq!(after(&ALL, &[]), ALL);
+    }
+
+    #[test]
+    fn stuck_far_always_reads_no_object() {
+        let none = Reading::NoObject;
+        assert_eq!(
+            after(&ALL, &["stuck-far:1"]),
+            [none, none, none, MISSING, none]
+        );
+    }
+
+    #[test]
+    fn stuck_near_always_reads_its_distance() {
+        let stuck = echo(300);
+        assert_eq!(
+            after(&ALL, &["stuck-near:1=300mm"]),
+            [stuck, stuck, stuck, MISSING, stuck]
+        );
+        assert_eq!(
+            after(&[echo(400)], &["stuck-near:1=5cm"]),
+            [Reading::TooNear]
+        );
+    }
+
+    #[test]
+    fn bias_moves_echoes_within_the_range() {
+        assert_eq!(
+            after(&ALL, &["bias:1=200mm"]),
+            [
+                echo(600),
+                Reading::NoObject,
+                Reading::TooNear,
+                MISSING,
+                Reading::NoObject
+            ]
+        );
+        assert_eq!(
+            after(
+                &[echo(400), echo(300), echo(299), echo(100)],
+                &["bias:1=-200mm"]
+            ),
+            [echo(200), echo(100), Reading::TooNear, Reading::TooNear]
+        );
+    }
+
+    #[test]
+    fn scale_multiplies_echoes() {
+        assert_eq!(
+            after(&ALL, &["scale:1=0.6"]),
+            [
+                echo(240),
+                Reading::NoObject,
+                Reading::TooNear,
+                MISSING,
+                echo(480)
+            ]
+        );
+        assert_eq!(after(&[echo(400)], &["scale:1=0"]), [Reading::TooNear]);
+    }
+
+    #[test]
+    fn noise_is_uniform_within_its_part_of_the_range() {
+        let read = distances(&run(&mut faulty(&[echo(450)], &["noise:1=20%"], 1), 20_000));
+        assert_spans(&read, 290.0..=291.0, 609.0..=610.0);
+        let mean = read.iter().sum::<f64>() / 20_000.0;
+        let variance = read.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / 20_000.0;
+        assert!((mean - 450.0).abs() < 3.0, "{mean}");
+        // A uniform error of ±160 mm has a standard deviation of 160/√3.
+        assert!((variance.sqrt() / (160.0 / 3.0_f64.sqrt()) - 1.0).abs() < 0.02);
+    }
+
+    #[test]
+    fn noise_changes_echoes_only() {
+        let others = [Reading::NoObject, Reading::TooNear, MISSING];
+        let read = run(&mut faulty(&others, &["noise:1=100%"], 5), 300);
+        assert_eq!(read, others.repeat(100));
+    }
+
+    #[test]
+    fn output_noise_makes_echoes_of_half_of_no_object() {
+        let noise = ["output-noise:1=20%"];
+        let read = run(&mut faulty(&[Reading::NoObject], &noise, 1), 20_000);
+        let (echoes, others): (Vec<_>, Vec<_>) =
+            read.into_iter().partition(|r| *r != Reading::NoObject);
+        let share = echoes.len() as f64 / 20_000.0;
+        assert!((share - 0.5).abs() < 0.015, "{share}");
+        assert!(others.iter().all(|r| *r == Reading::NoObject));
+        // From 160 mm below the farthest distance up to it, uniformly.
+        let echoes = distances(&echoes);
+        assert_spans(&echoes, 640.0..=641.0, 799.0..=800.0);
+        assert!((mean(&echoes) - 720.0).abs() < 2.0, "{}", mean(&echoes));
+    }
+
+    #[test]
+    fn output_noise_equals_noise_on_echoes() {
+        let of = |readings: &[Reading], spec| run(&mut faulty(readings, &[spec], 5), 200);
+        let echoes = [echo(400), echo(800), echo(100)];
+        assert_eq!(
+            of(&echoes, "output-noise:1=20%"),
+            of(&echoes, "noise:1=20%")
+        );
+        let others = [Reading::TooNear, MISSING];
+        assert_eq!(of(&others, "output-noise:1=100%"), others.repeat(100));
+    }
+
+    #[test]
+    fn output_noise_shifts_no_random_number() {
+        let of = |specs: &[&str]| run(&mut faulty(&ALL, specs, 1), 200);
+        let noise = of(&["output-noise:1=20%"]);
+        assert_eq!(noise, of(&["output-noise:1=20%", "dropout:1=0%"]));
+        assert_eq!(noise[100..], of(&["output-noise:1=20%@100"])[100..]);
+        assert_eq!(of(&[]), of(&["output-noise:1=20%@200"]));
+    }
+
+    #[test]
+    fn random_distances_are_uniform() {
+        let all = [echo(400), Reading::NoObject, Reading::TooNear];
+        let read = distances(&run(&mut faulty(&all, &["random:1"], 1), 20_000));
+        assert_spans(&read, 100.0..=101.0, 799.0..=800.0);
+        let lower = read.iter().filter(|&&d| d < 450.0).count() as f64 / 20_000.0;
+        assert!((lower - 350.0 / 701.0).abs() < 0.015, "{lower}");
+    }
+
+    #[test]
+    fn dropout_loses_its_part_of_the_readings() {
+        let read = run(&mut faulty(&[echo(400)], &["dropout:1=30%"], 1), 20_000);
+        let lost = read
+            .iter()
+            .filter(|r| **r == Reading::Missing(Missing::Timeout))
+            .count();
+        let share = lost as f64 / 20_000.0;
+        assert!((share - 0.3).abs() < 0.013, "{share}");
+        assert_eq!(
+            read.iter().filter(|r| **r == echo(400)).count(),
+            20_000 - lost
+        );
+        for (text, expected) in [
+            ("dropout:1=100%", Reading::Missing(Missing::Timeout)),
+            ("dropout:1=0%", echo(400)),
+        ] {
+            let read = run(&mut faulty(&[echo(400)], &[text], 1), 1000);
+            assert!(read.iter().all(|r| *r == expected), "{text}");
+        }
+    }
+
+    #[test]
+    fn chatter_multiplies_the_reports_only() {
+        let mut sensor = faulty(&ALL, &["chatter:1=4@2..4"], 1);
+        let mut reports = Vec::new();
+        for reading in ALL {
+            reports.push(sensor.reports_per_turn(Ticks::new(0)));
+            assert_eq!(sensor.sense(&look(0)), reading);
+        }
+        assert_eq!(reports, [2, 2, 8, 8, 2]);
+        let all_day = faulty(&ALL, &["chatter:1=1000"; 5], 1);
+        assert_eq!(all_day.reports_per_turn(Ticks::new(0)), Times::MOST);
+    }
+
+    #[test]
+    fn faults_act_in_the_order_given() {
+        assert_eq!(
+            after(&[echo(400)], &["bias:1=100mm", "scale:1=0.5"]),
+            [echo(250)]
+        );
+        assert_eq!(
+            after(&[echo(400)], &["scale:1=0.5", "bias:1=100mm"]),
+            [echo(300)]
+        );
+    }
+
+    #[test]
+    fn a_window_of_readings_is_half_open() {
+        let read = run(&mut faulty(&[echo(400)], &["stuck-far:1@2..5"], 1), 8);
+        let changed: Vec<_> = (0..8).filter(|&n| read[n] != echo(400)).collect();
+        assert_eq!(changed, [2, 3, 4]);
+        let read = run(&mut faulty(&[echo(400)], &["stuck-far:1@6"], 1), 8);
+        assert_eq!(read.iter().filter(|r| **r == echo(400)).count(), 6);
+    }
+
+    #[test]
+    fn a_window_of_times_is_half_open() {
+        let read = run(
+            &mut faulty(&[echo(400)], &["stuck-far:1@200ms..500ms"], 1),
+            8,
+        );
+        let changed: Vec<_> = (0..8).filter(|&n| read[n] != echo(400)).collect();
+        assert_eq!(changed, [2, 3, 4]);
+    }
+
+    /// Lengths of the runs of faulty (`true`) or sound readings, without the first and the last, which are cut off.
+    fn runs(read: &[Reading], faulty_runs: bool) -> Vec<f64> {
+        let chunks: Vec<_> = read
+            .chunk_by(|a, b| (*a == echo(400)) == (*b == echo(400)))
+            .collect();
+        chunks[1..chunks.len() - 1]
+            .iter()
+            .filter(|run| (run[0] != echo(400)) == faulty_runs)
+            .map(|run| run.len() as f64)
+            .collect()
+    }
+
+    fn mean(values: &[f64]) -> f64 {
+        values.iter().sum::<f64>() / values.len() as f64
+    }
+
+    #[test]
+    fn intermittent_faults_come_in_geometric_bursts() {
+        let read = run(
+            &mut faulty(&[echo(400)], &["intermittent:1=stuck-far"], 1),
+            100_000,
+        );
+        for faulty_runs in [true, false] {
+            let lengths = runs(&read, faulty_runs);
+            assert!((mean(&lengths) - 10.0).abs() < 0.6, "{}", mean(&lengths));
+            // One in ten lasts a single reading; 0.9^20 = 12 % more than twenty.
+            let share = |wanted: fn(&f64) -> bool| {
+                lengths.iter().filter(|l| wanted(l)).count() as f64 / lengths.len() as f64
+            };
+            assert!((share(|l| *l < 1.5) - 0.100).abs() < 0.02);
+            assert!((share(|l| *l > 20.5) - 0.122).abs() < 0.02);
+        }
+    }
+
+    #[test]
+    fn only_the_seed_changes_random_numbers() {
+        let of = |specs: &[&str], seed| run(&mut faulty(&[echo(400)], specs, seed), 200);
+        let noise = ["noise:1=20%"];
+        assert_eq!(of(&noise, 1), of(&noise, 1));
+        assert_ne!(of(&noise, 1), of(&noise, 2));
+        // Another fault after it, without an effect here, draws from a stream of its own.
+        assert_eq!(of(&noise, 1), of(&["noise:1=20%", "dropout:1=0%"], 1));
+        // A window shifts no random number.
+        assert_eq!(of(&noise, 1)[100..], of(&["noise:1=20%@100"], 1)[100..]);
+    }
+
+    #[test]
+    fn the_sensor_inside_measures_once_a_reading() {
+        let mut sensor = faulty(&ALL, &["stuck-far:1", "dropout:1=100%", "chatter:1"], 1);
+        run(&mut sensor, 37);
+        assert_eq!(sensor.sensor.calls, 37);
+        assert_eq!(sensor.readings(), 37);
+    }
+
+    #[test]
+    fn faulty_sensors_in_boxes_are_sensors() {
+        let boxed: Box<dyn Sensor + Send> = Box::new(faulty(&[echo(400)], &["bias:1=100mm"], 1));
+        let again = vec!["scale:1=0.5".parse::<FaultSpec>().unwrap().fault];
+        let mut twice = Faulty::new(boxed, SensorId::try_new(1).unwrap(), again, 1);
+        assert!(!twice.last_was_faulty());
+        assert_eq!(twice.sense(&look(0)), echo(250));
+        assert!(twice.last_was_faulty());
+        assert_eq!(twice.range(), (NEAR, FAR));
+        assert_eq!(twice.reports_per_turn(Ticks::new(0)), 2);
+    }
+
+    #[test]
+    fn readings_are_marked_while_a_fault_is_active() {
+        let marks = |spec: &str| {
+            let mut sensor = faulty(&[echo(400)], &[spec], 1);
+            let mut marks = Vec::new();
+            for n in 0..4 {
+                sensor.sense(&look(n * 100));
+                marks.push(sensor.last_was_faulty());
+            }
+            marks
+        };
+        assert_eq!(marks("stuck-far:1@1..3"), [false, true, true, false]);
+        assert_eq!(marks("chatter:1=4"), [false; 4]);
+    }
+}

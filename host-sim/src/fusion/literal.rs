@@ -6,14 +6,14 @@ use certainty_core::health::Health;
 
 /// The grid of \[001\] eq. 1 without any bound: *free* is p = 0, *occupied* is p = 1.
 ///
-/// Formula: 1/P − 1 = ∏ (1/Pᵢ − 1). A factor of 0 or ∞ is absorbing: whoever first says *free* or
-/// *occupied* is never contradicted again, since 0 · ∞ has no value and the cell keeps what it had.
-/// For an evaluation of what that does; a robot wants
+/// Formula: 1/P − 1 = ∏ (1/Pᵢ − 1). A factor of 0 or ∞ is absorbing: after the first *free* or *occupied*
+/// no measurement changes the cell, since 0 · ∞ has no value and the cell keeps its own.
+/// For an evaluation of that effect; a robot uses
 /// [`BayesGrid`](certainty_core::fusion::BayesGrid), which bounds each measurement.
 ///
-/// Order: the first certain word stays. Memory: 8 bytes a cell.
+/// Order: the first *free* or *occupied* stays. Memory: 8 bytes a cell.
 #[derive(Debug, Clone)]
-pub struct LiteralGrid {
+pub(super) struct LiteralGrid {
     geometry: Geometry,
     /// 1/P − 1 of each cell: the odds of being free.
     odds: Vec<f64>,
@@ -21,8 +21,7 @@ pub struct LiteralGrid {
 
 impl LiteralGrid {
     /// Creates a grid in which every cell is uncertain.
-    #[must_use]
-    pub fn new(geometry: Geometry) -> Self {
+    pub(super) fn new(geometry: Geometry) -> Self {
         let odds = vec![1.0; geometry.cells() as usize];
         Self { geometry, odds }
     }
@@ -31,7 +30,7 @@ impl LiteralGrid {
 /// 1/p − 1 of a measurement, in 0..=∞.
 fn odds_of_free(certainty: Certainty) -> f64 {
     match certainty {
-        Certainty::OCCUPIED => 0.0, // the 0.996 that eight bits hold stands for 1 ([001] §6.1)
+        Certainty::OCCUPIED => 0.0, // the largest eight-bit value, 0.996, stands for 1 ([001] §6.1)
         other => 256.0 / f64::from(other.to_bits()) - 1.0,
     }
 }
@@ -71,16 +70,16 @@ mod tests {
     use certainty_core::sensor::SensorId;
     use certainty_core::units::{Millimeters, Point};
 
-    fn fused(words: &[u8]) -> u8 {
+    fn fused(measurements: &[u8]) -> u8 {
         let geometry = Geometry::try_new(2, 2, Millimeters::new(100), Point::ORIGIN).unwrap();
         let cell = geometry.cell(1, 1).unwrap();
         let mut grid = LiteralGrid::new(geometry);
-        for &bits in words {
-            let word = Measurement {
+        for &bits in measurements {
+            let measurement = Measurement {
                 sensor: SensorId::try_new(1).unwrap(),
                 certainty: Certainty::from_bits(bits),
             };
-            grid.add(cell, word, &mut []);
+            grid.add(cell, measurement, &mut []);
         }
         let others = geometry.iter().filter(|&other| other != cell);
         assert!(
@@ -92,14 +91,14 @@ mod tests {
     }
 
     #[test]
-    fn the_first_certain_word_is_never_taken_back() {
+    fn the_first_landmark_stays() {
         assert_eq!(fused(&[0, 255, 255, 255, 255]), 0);
         assert_eq!(fused(&[255, 0, 0, 0, 0]), 255);
         assert_eq!(fused(&[0, 128, 200]), 0);
     }
 
     #[test]
-    fn doubtful_words_are_multiplied() {
+    fn uncertain_measurements_are_multiplied() {
         // p = 0.75 twice: (1/3)² to one, so 9/10; then p = 0.25: 3/4 again.
         assert_eq!(fused(&[192]), 192);
         assert_eq!(fused(&[192, 192]), 230);
@@ -108,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn a_certain_word_overrules_doubtful_ones() {
+    fn a_landmark_replaces_uncertain_measurements() {
         assert_eq!(fused(&[192, 192, 192, 0]), 0);
         assert_eq!(fused(&[1, 1, 1, 255]), 255);
     }

@@ -1,9 +1,8 @@
-//! A board's telemetry as a host hears it.
+//! Reception of a board's telemetry.
 //!
-//! [`Port`] is where the bytes come from, [`Port::listen`] reads them on a thread of its own, and a
-//! [`Session`] keeps what they say: the map and whether it is whole, every sensor's last word, and
-//! what was lost on the way. The frames themselves are
-//! [`certainty_firmware::telemetry`]'s.
+//! A [`Port`] is the source of the bytes, [`Port::listen`] reads them on a thread of its own, and a
+//! [`Session`] keeps their latest reports: the map and whether it is complete, every sensor's state, and
+//! the counts of damaged frames. The frames are those of [`certainty_firmware::telemetry`].
 
 mod port;
 mod session;

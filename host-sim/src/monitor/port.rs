@@ -1,4 +1,4 @@
-//! Where telemetry comes from.
+//! The sources of telemetry.
 
 use crate::export::shown;
 use core::fmt;
@@ -11,11 +11,11 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread;
 
-/// How long to wait for a TCP connection.
+/// The longest wait for a TCP connection.
 const CONNECTION: Duration = Duration::from_secs(5);
 
-/// How long a serial port may be silent before it is asked again.
-const SILENCE: Duration = Duration::from_secs(1);
+/// The longest wait for a byte of a serial port, before the next try.
+const READ_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// A serial port, a file, a pipe, standard input or a TCP address.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -24,11 +24,11 @@ pub enum Port {
     Stdin,
     /// A host and a port: `tcp:HOST:PORT`.
     Tcp(String),
-    /// Anything with a name in the file system; what it is shows when it is opened.
+    /// A path in the file system; its kind is determined when it is opened.
     Path(PathBuf),
 }
 
-/// Why a port cannot be opened or read; each reads as one line that says what to do.
+/// Why a port cannot be opened or read; displays as one line that says what to do.
 #[derive(Debug, thiserror::Error)]
 pub enum PortError {
     /// It cannot be opened.
@@ -36,7 +36,7 @@ pub enum PortError {
     Open {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the operating system.
         source: io::Error,
     },
     /// It is a directory.
@@ -50,15 +50,15 @@ pub enum PortError {
     Serial {
         /// The device.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the operating system.
         source: serialport::Error,
     },
-    /// Nobody answers at the address, or it is none.
+    /// There is no connection to the address, or it is no address.
     #[error("tcp:{}: cannot connect ({source}); check that the sender runs, and write tcp:HOST:PORT", .address.escape_debug())]
     Connect {
         /// The address.
         address: String,
-        /// What the system said.
+        /// The error of the operating system.
         source: io::Error,
     },
     /// Reading failed before anything was read.
@@ -66,17 +66,17 @@ pub enum PortError {
     Read {
         /// The port.
         port: String,
-        /// What the system said.
+        /// The error of the operating system.
         source: io::Error,
     },
 }
 
-/// What comes from a port.
+/// A message from the thread that reads a port.
 #[derive(Debug)]
 pub enum Arrival {
     /// Bytes.
     Bytes(Vec<u8>),
-    /// The end: nothing more will come, and why if it is not the end of the input.
+    /// The end, and the error if it is not the end of the input.
     End(Option<io::Error>),
 }
 
@@ -106,7 +106,8 @@ impl Port {
     /// Opens the port; a serial one at `baud`, 8 bits, no parity, one stop bit.
     ///
     /// # Errors
-    /// [`PortError`] says what cannot be opened and why.
+    ///
+    /// [`PortError`] names what cannot be opened, and why.
     pub fn open(&self, baud: u32) -> Result<Box<dyn Read + Send>, PortError> {
         match self {
             Self::Stdin => Ok(Box::new(io::stdin())),
@@ -121,14 +122,15 @@ impl Port {
         }
     }
 
-    /// Opens the port and reads it on a thread of its own, so that a silent sender blocks nobody.
+    /// Opens the port and reads it on a thread of its own, so that a sender that pauses does not block the caller.
     ///
     /// The thread ends with the input, or at the next byte after the receiver is gone.
     ///
     /// # Errors
+    ///
     /// As [`Self::open`].
     pub fn listen(&self, baud: u32) -> Result<Receiver<Arrival>, PortError> {
-        // So many that a file is not slowed, so few that a fast one does not fill the memory.
+        // Enough not to slow a file down, and few enough to bound the memory.
         const WAITING: usize = 16;
         let mut source = self.open(baud)?;
         let (sender, receiver) = sync_channel(WAITING);
@@ -137,14 +139,14 @@ impl Port {
     }
 }
 
-/// Hands on what `source` gives until it ends or nobody listens.
+/// Passes on the bytes of `source` until it ends or the receiver is gone.
 fn pump(source: &mut dyn Read, sender: &SyncSender<Arrival>) {
     let mut buffer = vec![0; 1 << 16];
     loop {
         let arrival = match source.read(&mut buffer) {
             Ok(0) => Arrival::End(None),
             Ok(count) => Arrival::Bytes(buffer[..count].to_vec()),
-            Err(error) if is_silence(&error) => continue,
+            Err(error) if is_pause(&error) => continue,
             Err(error) => Arrival::End(Some(error)),
         };
         let last = matches!(arrival, Arrival::End(_));
@@ -154,8 +156,8 @@ fn pump(source: &mut dyn Read, sender: &SyncSender<Arrival>) {
     }
 }
 
-/// Whether nothing came, but may still come.
-fn is_silence(error: &io::Error) -> bool {
+/// Whether no bytes came, but more may follow.
+fn is_pause(error: &io::Error) -> bool {
     matches!(
         error.kind(),
         ErrorKind::TimedOut | ErrorKind::Interrupted | ErrorKind::WouldBlock
@@ -191,7 +193,7 @@ fn opened(path: &Path, baud: u32) -> Result<Box<dyn Read + Send>, PortError> {
             "the name is not text",
         ))
     })?;
-    match serialport::new(name, baud).timeout(SILENCE).open() {
+    match serialport::new(name, baud).timeout(READ_TIMEOUT).open() {
         Ok(port) => Ok(Box::new(port)),
         Err(error) => {
             // Other devices, such as /dev/null, are read as files.
@@ -216,7 +218,7 @@ fn may_be_serial(metadata: Result<&Metadata, &io::Error>) -> bool {
     metadata.is_ok_and(|metadata| metadata.file_type().is_char_device())
 }
 
-/// Whether to try a path as a serial port: elsewhere one that is no file, such as `COM3`.
+/// Whether to try a path as a serial port: on other systems one that is no file, such as `COM3`.
 #[cfg(not(unix))]
 fn may_be_serial(metadata: Result<&Metadata, &io::Error>) -> bool {
     !metadata.is_ok_and(Metadata::is_file)
@@ -228,7 +230,7 @@ mod tests {
     use std::io::Write;
     use std::net::TcpListener;
 
-    /// Everything that a port gives.
+    /// The next `count` bytes of a port.
     fn all(arrivals: &Receiver<Arrival>, count: usize) -> Vec<u8> {
         let mut bytes = Vec::new();
         while bytes.len() < count {
@@ -241,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn a_name_tells_what_it_names() {
+    fn a_name_is_parsed_to_its_port() {
         let port = |name: &str| Port::from(OsString::from(name));
         assert_eq!(port("-"), Port::Stdin);
         assert_eq!(port("tcp:[::1]:4444"), Port::Tcp("[::1]:4444".into()));
@@ -250,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tcp_sender_is_heard_to_its_end() {
+    fn a_tcp_port_is_read_to_its_end() {
         let server = TcpListener::bind("127.0.0.1:0").unwrap();
         let port = Port::Tcp(server.local_addr().unwrap().to_string());
         let arrivals = port.listen(9600).unwrap();
@@ -263,17 +265,17 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn a_serial_port_is_heard_byte_by_byte_and_over_a_silence() {
+    fn a_serial_port_is_read_raw_and_after_a_pause() {
         use serialport::{SerialPort, TTYPort};
         let (mut board, host) = TTYPort::pair().unwrap();
         let name = host.name().unwrap();
         drop(host);
         let arrivals = Port::Path(name.into()).listen(115_200).unwrap();
-        // Every byte: a line that is not raw would swallow or change some.
+        // All bytes: a line that is not raw would drop or change some.
         let bytes: Vec<u8> = (0..=u8::MAX).collect();
         board.write_all(&bytes).unwrap();
         assert_eq!(all(&arrivals, 256), bytes);
-        thread::sleep(SILENCE + Duration::from_millis(100));
+        thread::sleep(READ_TIMEOUT + Duration::from_millis(100));
         board.write_all(b"on").unwrap();
         assert_eq!(all(&arrivals, 2), b"on");
     }

@@ -1,4 +1,4 @@
-//! What telemetry has said so far.
+//! The state of a board, from its telemetry.
 
 use certainty_core::sensor::SensorId;
 use certainty_core::transducer::Reading;
@@ -12,18 +12,18 @@ use std::collections::BTreeMap;
 /// The most cells of a map that can be reported: a part numbers its first cell in 16 bits.
 const MOST_CELLS: usize = u16::MAX as usize;
 
-/// A sensor's last words.
+/// The last reports about a sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct SensorState {
-    /// Where it looked, and what it said.
+    /// Its last look and reading.
     pub head: Option<Head>,
-    /// Its record.
+    /// Its last health report.
     pub health: Option<SensorHealth>,
 }
 
-/// Takes bytes and keeps the last word on everything.
+/// Decodes the bytes of a telemetry stream, and keeps the last report of each kind.
 ///
-/// Memory: 128 KB for the largest map, whatever the bytes are.
+/// Memory: 128 KB for the largest map, for any input.
 #[derive(Debug, Clone)]
 pub struct Session {
     decoder: Decoder,
@@ -40,7 +40,7 @@ pub struct Session {
 }
 
 impl Session {
-    /// Creates a session in which nothing was heard.
+    /// Creates a session without reports.
     #[must_use]
     pub fn new() -> Self {
         Self {
@@ -58,19 +58,19 @@ impl Session {
         }
     }
 
-    /// Takes a byte; returns the report that it ends, or what is wrong with what it ends.
+    /// Decodes a byte; returns the frame that it completes, or the damage of that frame.
     pub fn take(&mut self, byte: u8) -> Option<Result<Frame, Damage>> {
         self.bytes += 1;
-        let heard = self.decoder.push(byte)?;
-        match &heard {
+        let frame = self.decoder.push(byte)?;
+        match &frame {
             Ok(frame) => self.keep(&frame.report),
             Err(Damage::OtherVersion(version)) => self.other_version = Some(*version),
             Err(_) => {}
         }
-        Some(heard)
+        Some(frame)
     }
 
-    /// Says that no more bytes come.
+    /// Ends the stream: a frame that is not complete counts as damaged.
     pub fn finish(&mut self) {
         self.decoder.finish();
     }
@@ -108,19 +108,19 @@ impl Session {
         }
     }
 
-    /// Returns what was heard and lost.
+    /// Returns the counts of received and damaged frames.
     #[must_use]
     pub const fn tally(&self) -> &Tally {
         self.decoder.tally()
     }
 
-    /// Returns how many bytes came.
+    /// Returns the number of bytes.
     #[must_use]
     pub const fn bytes(&self) -> u64 {
         self.bytes
     }
 
-    /// Returns the last version of the wire format that is not ours.
+    /// Returns the last unsupported version of the wire format.
     #[must_use]
     pub const fn other_version(&self) -> Option<u8> {
         self.other_version
@@ -132,42 +132,44 @@ impl Session {
         &self.map
     }
 
-    /// Returns how many frames have come since the map last agreed with its digest.
+    /// Returns the number of frames since the map last agreed with its digest.
     #[must_use]
     pub fn frames_since_map(&self) -> Option<u64> {
         let agreed = self.agreed_at?;
         Some(self.tally().frames - agreed)
     }
 
-    /// Returns who reports.
+    /// Returns the board's introduction.
     #[must_use]
     pub const fn hello(&self) -> Option<Hello> {
         self.hello
     }
 
-    /// Returns where the robot is.
+    /// Returns the robot's pose.
     #[must_use]
     pub const fn pose(&self) -> Option<Pose> {
         self.pose
     }
 
-    /// Returns how the robot drives.
+    /// Returns the last drive report.
     #[must_use]
     pub const fn drive(&self) -> Option<Drive> {
         self.drive
     }
 
-    /// Returns every sensor that was heard of, in the order of their numbers.
+    /// Returns every reported sensor, in the order of their numbers.
     pub fn sensors(&self) -> impl Iterator<Item = (SensorId, SensorState)> + '_ {
         self.sensors.iter().map(|(&sensor, &state)| (sensor, state))
     }
 
     /// Returns every ranger's last reading, in the order of their numbers.
     pub fn rangers(&self) -> impl Iterator<Item = (u8, Reading)> + '_ {
-        self.rangers.iter().map(|(&number, &said)| (number, said))
+        self.rangers
+            .iter()
+            .map(|(&number, &reading)| (number, reading))
     }
 
-    /// Returns how the schedule fares.
+    /// Returns the last statistics of the schedule.
     #[must_use]
     pub const fn statistics(&self) -> Option<Statistics> {
         self.statistics

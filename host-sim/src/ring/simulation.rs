@@ -2,7 +2,7 @@
 
 use super::acoustics::{Acoustics, Misalignment, PAPER_RING, SONARS};
 use super::fault::{RingDefect, RingFault};
-use crate::transducer::stream::{Purpose, stream};
+use crate::random::{Purpose, stream};
 use crate::world::World;
 use certainty_core::sensor::SensorId;
 use certainty_core::transducer::Reading;

@@ -1,6 +1,6 @@
 //! Six wheels, three a side, one speed a side: how the robot moves.
 
-use crate::transducer::stream::{Purpose, stream};
+use crate::random::{Purpose, stream};
 use crate::world::World;
 use certainty_control::Wheels;
 use certainty_core::units::{BinaryAngle, Direction, Millimeters, Point, Pose};

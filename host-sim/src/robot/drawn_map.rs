@@ -86,7 +86,7 @@ impl DrawnMap {
     /// Returns what the map shows where all sensors of a robot at `robot` look.
     #[must_use]
     pub fn recollection(&self, robot: Pose) -> ExpectedScan {
-        self.mapper.recollection(robot, &views(), OBSTACLE)
+        self.mapper.expected_scan(robot, &views(), OBSTACLE)
     }
 
     /// Returns what the comparisons of the grid's cells say of the rangefinders, and who is silent.

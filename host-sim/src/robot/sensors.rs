@@ -1,7 +1,7 @@
 //! Six laser rangefinders and a laser scanner: where they sit, how they err, what befalls them.
 
 use crate::fault::{Fault, FaultSpec, Faulty, SpecError, assign};
-use crate::transducer::stream::{Purpose, stream};
+use crate::random::{Purpose, stream};
 use crate::transducer::{Look, PerfectSensor, Sensor};
 use crate::world::World;
 use certainty_control::{

@@ -1,9 +1,9 @@
-//! Tables of measured characteristics: what byte a unit gave at which distance.
+//! Tables of measured characteristics: the bytes of units at measured distances.
 //!
-//! Comma-separated text. `#` starts a comment line, blank lines count for nothing. The first other
+//! Comma-separated text. `#` starts a comment line, blank lines are skipped. The first other
 //! line names the columns: `dist_cm` or `distance_mm`, then one name a unit. Each further line is a
 //! distance in that unit of length and every unit's byte there, which need not be whole: it may be
-//! a mean. Distances come in any order and as often as they were measured, so `distance_mm,raw`
+//! a mean. Distances may come in any order and repeatedly, so `distance_mm,raw`
 //! with a line a reading is a raw recording of one unit called `raw`.
 
 use super::characteristic::CurvePoint;
@@ -19,17 +19,17 @@ pub struct MeasuredUnit {
     points: Vec<CurvePoint>,
 }
 
-/// Why a table was refused; displays as one line that starts with its place.
+/// Why a table was refused; displays as one line that starts with the line number.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error("line {line}: {problem}")]
 pub struct TableError {
     /// The line, from 1.
     pub line: usize,
-    /// What is wrong with it.
+    /// The problem.
     pub problem: TableProblem,
 }
 
-/// What is wrong with a line of a table; displays as one line that says what to do.
+/// The problem of a line of a table; displays as one line that says what to do.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum TableProblem {
     /// The line that names the columns is missing, or names no unit.
@@ -41,9 +41,9 @@ pub enum TableProblem {
     /// The line has more or fewer columns than the first.
     #[error("{found} columns where the first line names {expected}; complete the line")]
     Columns {
-        /// How many there are.
+        /// The number of columns.
         found: usize,
-        /// How many there should be.
+        /// The expected number.
         expected: usize,
     },
     /// A field is no number.
@@ -51,13 +51,13 @@ pub enum TableProblem {
     NotANumber {
         /// The column, from 1.
         column: usize,
-        /// What is there.
+        /// The text.
         text: Excerpt,
     },
     /// A distance is not above zero, or not finite.
     #[error("column 1: '{text}' is no distance; write one above 0")]
     NoDistance {
-        /// What is there.
+        /// The text.
         text: Excerpt,
     },
     /// A byte is outside 0..=255.
@@ -65,7 +65,7 @@ pub enum TableProblem {
     NoByte {
         /// The column, from 1.
         column: usize,
-        /// What is there.
+        /// The text.
         text: Excerpt,
     },
     /// The table holds more numbers than [`MeasuredUnit::MOST_POINTS`].
@@ -77,7 +77,7 @@ impl MeasuredUnit {
     /// The largest number of units in one table.
     pub const MOST_UNITS: usize = 256;
 
-    /// The largest number of points in one table, of all units together: what one GP2D02 says in
+    /// The largest number of points in one table, of all units together: those of one GP2D02 in
     /// four hours.
     pub const MOST_POINTS: usize = 200_000;
 
@@ -132,7 +132,7 @@ impl MeasuredUnit {
     }
 }
 
-/// How many millimetres the unit of the distances has, and the units' names.
+/// The unit of the distances in millimetres, and the units' names.
 fn columns(header: &str) -> Result<(f64, Vec<String>), TableProblem> {
     let mut fields = header.split(',').map(str::trim);
     let mm = match fields.next() {
@@ -187,7 +187,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn refusal(table: &str) -> String {
+    fn error_of(table: &str) -> String {
         MeasuredUnit::parse(table).unwrap_err().to_string()
     }
 
@@ -203,8 +203,8 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_with_a_table_is_said_with_its_place() {
-        for (table, words) in [
+    fn each_error_names_its_place() {
+        for (table, start) in [
             ("", "line 1: name the columns: dist_cm or distance_mm"),
             ("# only\n# notes\n", "line 1: name the columns"),
             ("\n# note\ndist_cm", "line 3: name the columns"),
@@ -226,25 +226,25 @@ mod tests {
             ("dist_cm,A\n10,-1", "line 2: column 2: '-1' is no byte"),
             ("dist_cm,A\n10,nan", "line 2: column 2: 'nan' is no byte"),
         ] {
-            let line = refusal(table);
-            assert!(line.starts_with(words), "{table:?}: {line}");
+            let line = error_of(table);
+            assert!(line.starts_with(start), "{table:?}: {line}");
         }
     }
 
     #[test]
-    fn a_table_beyond_its_bounds_is_refused_where_it_passes_them() {
+    fn a_table_that_is_too_large_is_refused() {
         let wide = "distance_mm".to_owned() + &",a".repeat(MeasuredUnit::MOST_UNITS);
         assert_eq!(
             MeasuredUnit::parse(&wide).unwrap().len(),
             MeasuredUnit::MOST_UNITS
         );
         assert_eq!(
-            refusal(&(wide + ",a")),
+            error_of(&(wide + ",a")),
             "line 1: more than 256 units; split the table"
         );
         let long = "distance_mm,raw\n".to_owned() + &"1,1\n".repeat(MeasuredUnit::MOST_POINTS);
         assert!(MeasuredUnit::parse(&long).is_ok());
-        let line = refusal(&(long + "1,1\n"));
+        let line = error_of(&(long + "1,1\n"));
         assert_eq!(
             line,
             "line 200002: more than 200000 points; split the table"

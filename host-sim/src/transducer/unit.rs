@@ -1,22 +1,21 @@
-//! Real GP2D02 units: each with a curve, and so a calibration, of its own.
+//! Real GP2D02 units, each with its own curve and calibration.
 
-use super::characteristic::{Characteristic, CurveError};
-use super::fit::FitError;
-use super::gp2d02::{FARTHEST, NEAREST};
+use super::characteristic::{Characteristic, CurveError, FitError};
 use super::table::{MeasuredUnit, TableError};
 use certainty_core::transducer::{Calibration, Reading};
+use certainty_firmware::smart_car::{FARTHEST, NEAREST};
 use std::sync::LazyLock;
 use thiserror::Error;
 
-/// The table of the sixteen real units that come with the program.
+/// The table of the sixteen real units in this package.
 ///
 /// Source: numbers tabulated in the public project humbertomb/ThinkingCapSim (robot Quaky II).
 pub const GP2D02_UNITS: &str = include_str!("../../data/gp2d02-units.csv");
 
-/// One GP2D02 as it came from the factory, and the calibration that was measured for it.
+/// One GP2D02 and its calibration.
 ///
-/// Possession proves that the calibration tells *no object* from an echo: the byte the unit gives
-/// where nothing reflects reads as no object.
+/// Possession proves that the calibration distinguishes *no object* from an echo: the unit's byte where
+/// nothing reflects reads as no object.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gp2d02Unit {
     name: String,
@@ -36,7 +35,7 @@ pub enum UnitsError {
     Curve {
         /// The column, from 1.
         column: usize,
-        /// What is wrong with it.
+        /// The error.
         source: CurveError,
     },
 }
@@ -47,13 +46,13 @@ impl Gp2d02Unit {
     /// # Errors
     ///
     /// [`FitError`] where the core cannot hold the calibration, [`FitError::Floor`] also where it
-    /// could not tell an echo from none.
+    /// could not distinguish an echo from none.
     pub fn new(name: impl Into<String>, characteristic: Characteristic) -> Result<Self, FitError> {
         let calibration = characteristic.fit().calibration(NEAREST, FARTHEST)?;
-        let silent = characteristic.silence().round() as u8;
-        let faintest_echo = (silent..=u8::MAX)
+        let no_object = characteristic.no_object_raw().round() as u8;
+        let faintest_echo = (no_object..=u8::MAX)
             .find(|&raw| matches!(calibration.reading(raw), Reading::Echo(_)))
-            .filter(|&faintest| faintest > silent)
+            .filter(|&faintest| faintest > no_object)
             .ok_or(FitError::Floor)?;
         Ok(Self {
             name: name.into(),
@@ -67,16 +66,15 @@ impl Gp2d02Unit {
     ///
     /// # Panics
     ///
-    /// Never: a test proves that the table, which is part of the program, is sound.
+    /// If the built-in table is invalid, which a test excludes.
     #[must_use]
     pub fn shipped() -> &'static [Self] {
         static UNITS: LazyLock<Vec<Gp2d02Unit>> =
-            LazyLock::new(|| Gp2d02Unit::parse(GP2D02_UNITS).expect("the shipped table is sound"));
+            LazyLock::new(|| Gp2d02Unit::parse(GP2D02_UNITS).expect("the built-in table is valid"));
         &UNITS
     }
 
-    /// Reads a table of units, as [`MeasuredUnit::parse`] does, and fits each; the distances must
-    /// ascend.
+    /// Parses a table of units, as [`MeasuredUnit::parse`] does, and fits each; the distances must ascend.
     ///
     /// # Errors
     ///
@@ -99,19 +97,19 @@ impl Gp2d02Unit {
         &self.name
     }
 
-    /// Returns what byte the unit gives at which distance.
+    /// Returns the unit's byte as a function of distance.
     #[must_use]
     pub const fn characteristic(&self) -> &Characteristic {
         &self.characteristic
     }
 
-    /// Returns how the unit's bytes become millimetres.
+    /// Returns the calibration, which converts the unit's bytes to millimetres.
     #[must_use]
     pub const fn calibration(&self) -> &Calibration {
         &self.calibration
     }
 
-    /// Returns the smallest byte above silence that the calibration reads as an echo.
+    /// Returns the smallest byte that the calibration reads as an echo; it is above the byte for no object.
     #[must_use]
     pub const fn faintest_echo(&self) -> u8 {
         self.faintest_echo
@@ -127,8 +125,7 @@ impl Gp2d02Unit {
     /// Returns the byte that the unit's calibration reads as `reading`, or as near to it as any byte
     /// is; `None` for a missing one.
     ///
-    /// The way back from a [`Reading`] to what a driver clocks in: a byte that was read comes out again
-    /// as one that reads the same.
+    /// The inverse of the calibration: the result for the reading of a byte reads the same as that byte.
     #[must_use]
     pub fn byte_for(&self, reading: Reading) -> Option<u8> {
         match reading {
@@ -139,7 +136,7 @@ impl Gp2d02Unit {
                 })
                 .min()
                 .map(|(_, raw)| raw),
-            Reading::NoObject => Some(self.silent_byte()),
+            Reading::NoObject => Some(self.no_object_byte()),
             Reading::TooNear => Some(u8::MAX),
             Reading::Missing(_) => None,
         }
@@ -147,8 +144,8 @@ impl Gp2d02Unit {
 
     /// Returns the byte the unit gives where nothing reflects.
     #[must_use]
-    pub fn silent_byte(&self) -> u8 {
-        self.characteristic.silence().round() as u8
+    pub fn no_object_byte(&self) -> u8 {
+        self.characteristic.no_object_raw().round() as u8
     }
 }
 
@@ -158,7 +155,7 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn every_byte_comes_back_from_its_reading_as_one_that_reads_the_same() {
+    fn a_byte_of_a_reading_reads_the_same() {
         for unit in Gp2d02Unit::shipped() {
             for raw in 0..=u8::MAX {
                 let reading = unit.calibration().reading(raw);
@@ -169,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn the_shipped_table_holds_sixteen_units_at_twenty_two_distances() {
+    fn the_table_has_16_units_at_22_distances() {
         let units = Gp2d02Unit::shipped();
         assert_eq!(units.len(), 16);
         for unit in units {
@@ -181,8 +178,8 @@ mod tests {
     }
 
     #[test]
-    fn every_unit_fits_the_characteristic_within_about_a_count() {
-        // Two-sided: a change for the better deserves a look as well.
+    fn every_unit_fits_within_about_a_count() {
+        // Two-sided: an improvement is unexpected as well.
         let (mut worst_rms, mut worst) = (0.0_f64, 0.0_f64);
         for unit in Gp2d02Unit::shipped() {
             let fit = unit.characteristic().fit();
@@ -203,14 +200,14 @@ mod tests {
     }
 
     #[test]
-    fn units_differ_so_much_at_80_cm_that_each_needs_its_own_calibration() {
+    fn units_differ_by_48_counts_at_80_cm() {
         let bytes = Gp2d02Unit::shipped().iter().map(|unit| unit.byte_at(800.0));
         let (least, most) = (bytes.clone().min().unwrap(), bytes.max().unwrap());
         assert_eq!(most - least, 48);
     }
 
     #[test]
-    fn every_unit_reads_its_own_curve_back_within_a_tenth() {
+    fn every_unit_reads_its_curve_within_13_percent() {
         for unit in Gp2d02Unit::shipped() {
             for mm in (120..=700).step_by(10) {
                 let truth = f64::from(mm);
@@ -220,13 +217,13 @@ mod tests {
                 let error = (f64::from(read.get()) - truth).abs() / truth;
                 assert!(error < 0.13, "{} at {mm} mm: {error}", unit.name());
             }
-            let silent = unit.silent_byte();
-            assert_eq!(unit.calibration().reading(silent), Reading::NoObject);
+            let no_object = unit.no_object_byte();
+            assert_eq!(unit.calibration().reading(no_object), Reading::NoObject);
         }
     }
 
     #[test]
-    fn what_is_wrong_with_a_table_is_said_with_its_place() {
+    fn each_error_names_its_place() {
         let line = |table| Gp2d02Unit::parse(table).unwrap_err().to_string();
         assert!(line("").starts_with("line 1: name the columns"));
         assert_eq!(
@@ -246,7 +243,7 @@ mod tests {
     proptest! {
         #[test]
         fn no_table_panics(table in "(dist_cm,A(,B)?\n)?([0-9.,aN-]{0,12}\n){0,6}") {
-            let _: Result<Vec<Gp2d02Unit>, UnitsError> = Gp2d02Unit::parse(&table);
+            let _: Result<_, UnitsError> = Gp2d02Unit::parse(&table); // either is right
         }
     }
 }

@@ -1,10 +1,18 @@
-//! One obstacle: a box, a wall or a disc, and where a ray enters it.
+//! An obstacle, which is a box, a wall or a disc, and where a ray enters it.
 
-use super::{Bounds, Vector};
-use certainty_core::units::{BinaryAngle, Millimeters, Point};
+use certainty_core::units::{BinaryAngle, Direction, Millimeters, Point};
 use core::fmt;
 
-/// Something that stands in the way.
+/// An upright rectangle of whole millimetres.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Bounds {
+    /// The lower left corner.
+    pub lower_left: Point,
+    /// The upper right corner.
+    pub upper_right: Point,
+}
+
+/// An obstacle: a box, a wall or a disc.
 ///
 /// Possession proves that it covers an area: no side, radius or thickness is zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,7 +34,7 @@ enum Outline {
     },
 }
 
-/// The outline of an obstacle as its coordinates say, in millimetres.
+/// The shape of an obstacle, in millimetres.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Shape {
     /// The corners of a box or wall, counter-clockwise.
@@ -41,7 +49,7 @@ pub enum Shape {
 }
 
 impl fmt::Display for Obstacle {
-    /// Writes what it is and where, such as *the disc around 500mm,0mm*.
+    /// Writes its kind and place, such as *the disc around 500mm,0mm*.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (what, centre) = match self.0 {
             Outline::Box { centre, .. } => ("box or wall", centre),
@@ -111,7 +119,7 @@ impl Obstacle {
         }))
     }
 
-    /// Creates a straight wall between two places, `thickness` across, square at its ends.
+    /// Creates a straight wall between two points, `thickness` wide, with square ends.
     ///
     /// # Errors
     ///
@@ -140,7 +148,7 @@ impl Obstacle {
         }))
     }
 
-    /// Returns the obstacle's outline.
+    /// Returns the obstacle's shape.
     #[must_use]
     pub fn shape(&self) -> Shape {
         match self.0 {
@@ -166,9 +174,9 @@ impl Obstacle {
         }
     }
 
-    /// Returns how far `at`'s square millimetre is from the obstacle; 0 where that covers it.
+    /// Returns the distance from the square millimetre `at` to the obstacle; 0 where the obstacle covers it.
     ///
-    /// Units: millimetres from the centre of the square to the outline, the shortest way.
+    /// Units: millimetres from the centre of the square to the nearest point of the outline.
     #[must_use]
     pub fn clearance(&self, at: Point) -> f64 {
         let at = Vector::centre_of(at);
@@ -185,29 +193,18 @@ impl Obstacle {
         }
     }
 
-    /// Returns the corners of its outline, counter-clockwise, in millimetres; of a disc 48 points of it.
+    /// Returns the corners of the outline, counter-clockwise, in millimetres; for a disc 48 points.
     #[must_use]
     pub fn outline(&self) -> Vec<(f64, f64)> {
-        match self.0 {
-            Outline::Box { centre, half, axis } => {
-                let corner = |x: f64, y: f64| {
-                    let (x, y) = (x * half.x, y * half.y);
-                    (
-                        centre.x + x * axis.x - y * axis.y,
-                        centre.y + x * axis.y + y * axis.x,
-                    )
-                };
-                vec![
-                    corner(-1.0, -1.0),
-                    corner(1.0, -1.0),
-                    corner(1.0, 1.0),
-                    corner(-1.0, 1.0),
-                ]
-            }
-            Outline::Disc { centre, radius } => (0..48_i32)
+        match self.shape() {
+            Shape::Box(corners) => corners.to_vec(),
+            Shape::Disc {
+                centre: (x, y),
+                radius,
+            } => (0..48_i32)
                 .map(|part| {
                     let along = Vector::along(BinaryAngle::from_millidegrees(part * 7500));
-                    (centre.x + radius * along.x, centre.y + radius * along.y)
+                    (x + radius * along.x, y + radius * along.y)
                 })
                 .collect(),
         }
@@ -253,7 +250,7 @@ impl Obstacle {
         }
     }
 
-    /// How far from `origin` a ray along the unit vector `along` enters; 0 from inside.
+    /// The distance from `origin` at which a ray along the unit vector `along` enters; 0 from inside.
     pub(super) fn entered_by(&self, origin: Vector, along: Vector) -> Option<f64> {
         match self.0 {
             Outline::Box { centre, half, axis } => {
@@ -272,7 +269,7 @@ impl Obstacle {
                 let to_centre = centre.minus(origin);
                 let aside = along.cross(to_centre);
                 let ahead = along.dot(to_centre);
-                // From outside, a centre behind means the disc is behind.
+                // From outside, a disc with its centre behind is behind.
                 if ahead <= 0.0 || aside.abs() > radius {
                     return None;
                 }
@@ -294,11 +291,78 @@ fn extent(length: Millimeters) -> Result<f64, ObstacleError> {
     }
 }
 
-/// When a coordinate that starts at `from` and grows by `along` is within ±`half`: from, to.
+/// The interval of t in which `from` + t · `along` is within ±`half`.
 fn between_sides(from: f64, along: f64, half: f64) -> Option<(f64, f64)> {
     if along == 0.0 {
         return (from.abs() <= half).then_some((f64::NEG_INFINITY, f64::INFINITY));
     }
     let (a, b) = ((-half - from) / along, (half - from) / along);
     Some((a.min(b), a.max(b)))
+}
+
+/// A point or a displacement, in millimetres.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Vector {
+    pub(super) x: f64,
+    pub(super) y: f64,
+}
+
+impl Vector {
+    /// The lower left corner of a square millimetre: the coordinates themselves.
+    pub(super) fn corner_of(point: Point) -> Self {
+        Self {
+            x: f64::from(point.x_mm()),
+            y: f64::from(point.y_mm()),
+        }
+    }
+
+    /// The centre of a square millimetre.
+    pub(super) fn centre_of(point: Point) -> Self {
+        Self::corner_of(point).plus(Self { x: 0.5, y: 0.5 })
+    }
+
+    /// The unit vector along `bearing`; exact along the axes.
+    pub(super) fn along(bearing: BinaryAngle) -> Self {
+        let direction = bearing.direction();
+        let scale = f64::from(1_u32 << Direction::FRACTION_BITS);
+        Self {
+            x: f64::from(direction.cos()) / scale,
+            y: f64::from(direction.sin()) / scale,
+        }
+    }
+
+    pub(super) fn plus(self, other: Self) -> Self {
+        Self {
+            x: self.x + other.x,
+            y: self.y + other.y,
+        }
+    }
+
+    pub(super) fn minus(self, other: Self) -> Self {
+        Self {
+            x: self.x - other.x,
+            y: self.y - other.y,
+        }
+    }
+
+    pub(super) fn dot(self, other: Self) -> f64 {
+        self.x * other.x + self.y * other.y
+    }
+
+    /// The cross product: the distance of `other` to the left of this direction, times its length.
+    pub(super) fn cross(self, other: Self) -> f64 {
+        self.x * other.y - self.y * other.x
+    }
+
+    pub(super) fn length(self) -> f64 {
+        self.dot(self).sqrt()
+    }
+
+    /// This vector in a frame whose x axis points along the unit vector `axis`.
+    pub(super) fn in_frame(self, axis: Self) -> Self {
+        Self {
+            x: axis.dot(self),
+            y: axis.cross(self),
+        }
+    }
 }

@@ -9,8 +9,8 @@ use certainty_core::units::{BinaryAngle, Pose};
 use certainty_firmware::telemetry::{
     Damage, Drive, DriveState, Frame, Hello, MapPart, MapState, Report, Statistics, Tally,
 };
-use certainty_sim::experiment::Truth;
 use certainty_sim::monitor::{Port, Session};
+use certainty_sim::simulation::Truth;
 
 /// The widest and the highest map that is drawn, in cells.
 const DRAWN: (u16, u16) = (160, 100);

@@ -8,7 +8,7 @@ use certainty_firmware::digest::Digest;
 use certainty_firmware::smart_car::{CONTROL, GOAL, POSE};
 use certainty_firmware::telemetry::Drive;
 use certainty_sim::backend::Received;
-use certainty_sim::bench::Stage;
+use certainty_sim::bench::GroundTruth;
 use certainty_sim::export::{ExportError, OutDir};
 use certainty_sim::plot::{Line, Spot, TrackChart};
 use certainty_sim::world::World;
@@ -60,11 +60,11 @@ impl From<Pose> for Place {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Journey<'a> {
     drives: &'a [Drive],
-    stages: &'a [Stage],
+    stages: &'a [GroundTruth],
 }
 
 impl<'a> Journey<'a> {
-    pub(super) fn new(received: &'a Received, stages: &'a [Stage]) -> Self {
+    pub(super) fn new(received: &'a Received, stages: &'a [GroundTruth]) -> Self {
         let drives = received.drives();
         Self { drives, stages }
     }

@@ -14,11 +14,12 @@ use certainty_firmware::smart_car::{
     CHASSIS, FARTHEST, HEADS, LOOK_AROUND, NEAREST, POSE, look_from,
 };
 use certainty_sim::backend::{
-    self, Backend, BackendError, Heard, MissingCounts, Ran, Received, Sizes,
+    self, Backend, BackendError, MissingCounts, Received, ReceivedSensor, RunDetails, Sizes,
 };
 use certainty_sim::bench::{Bench, BenchFault, BenchSetup};
-use certainty_sim::experiment::{Profile, Reference, Score, SensorSet};
 use certainty_sim::export::{OutDir, shown, write_grey_png};
+use certainty_sim::simulation::{Profile, Reference, Score};
+use certainty_sim::transducer::SensorSet;
 use certainty_sim::transducer::{Look, PerfectSensor};
 use certainty_sim::world::World;
 use clap::Args;
@@ -161,7 +162,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let bench = Bench::new(BenchSetup {
         world: Arc::clone(&world),
-        crew: SensorSet::default(),
+        sensors: SensorSet::default(),
         faults,
         seed: arguments.seed,
     });
@@ -172,7 +173,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let out = OutDir::create(&arguments.out).map_err(|error| Failure::input(&error))?;
     let map = received.map();
     let mut files = draw(map.as_ref(), &out)?;
-    let journey = Journey::new(&received, &ran.stages);
+    let journey = Journey::new(&received, &ran.ground_truth);
     let drawn = journey.draw(&world, map.as_ref(), &out);
     files.extend(drawn.map_err(|error| Failure::input(&error))?);
     if arguments.json {
@@ -192,8 +193,8 @@ fn refused(arguments: &Arguments, error: &BackendError) -> Failure {
     let odd = matches!(
         error,
         BackendError::Ended
-            | BackendError::Silent
-            | BackendError::Language
+            | BackendError::Timeout
+            | BackendError::UnknownProtocol
             | BackendError::Board(_)
     );
     match (error, &arguments.image) {
@@ -244,7 +245,7 @@ impl Document {
     fn new(
         arguments: &Arguments,
         received: &Received,
-        ran: &Ran,
+        ran: &RunDetails,
         drive: JourneyReport,
         files: &[PathBuf],
     ) -> Self {
@@ -274,7 +275,7 @@ impl Document {
 fn sensors(received: &Received) -> Vec<SensorReport> {
     let numbered = (1..).zip(received.sensors());
     let reports = numbered.filter_map(|(id, heard)| {
-        let Heard {
+        let ReceivedSensor {
             health,
             reading,
             missing,
@@ -314,7 +315,7 @@ fn said(reading: Reading) -> String {
 fn told(
     arguments: &Arguments,
     received: &Received,
-    ran: &Ran,
+    ran: &RunDetails,
     map: Option<&(Geometry, Vec<Certainty>)>,
     reference: &Reference,
 ) -> String {

@@ -10,9 +10,9 @@ use certainty_repro::table2::{
     Choices, Effort, Evaluation, Figures, Fuser, Neighbour, PRINTED_METHODS, Search, neighbours,
     neighbours_steps,
 };
-use certainty_sim::experiment::Score;
 use certainty_sim::export::OutDir;
 use certainty_sim::plot::{Axis, BarChart, BarSeries};
+use certainty_sim::simulation::Score;
 use clap::Args;
 use report::Report;
 use std::path::PathBuf;

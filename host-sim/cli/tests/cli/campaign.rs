@@ -195,7 +195,7 @@ fn bad_arguments_and_scenario_files_end_in_one_line() {
         ("--seeds 1e9", "--seeds"),
         ("--seeds NaN", "--seeds"),
         ("--jobs 0", "--jobs"),
-        ("--rules lax", "'lax' are no rules"),
+        ("--rules lax", "unknown rules 'lax'"),
         ("--json --csv c.csv", "--csv"),
         ("--csv nowhere/c.csv", "nowhere/c.csv: "),
         ("--csv .", ".: "),

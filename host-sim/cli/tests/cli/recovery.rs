@@ -275,7 +275,10 @@ fn bad_input_is_refused_in_one_line() {
         ("recovery --seed -1", "-1"),
         ("recovery --count some", "write each or all"),
         ("recovery --noise loud", "write output or echo"),
-        ("recovery --rules none", "write shipped, letter or coarse"),
+        (
+            "recovery --rules none",
+            "expected shipped, letter or coarse",
+        ),
         ("recovery --sensors AB", "three or more"),
         ("recovery --sensors XYZ", "letters A to E"),
         ("recovery extra", "extra"),

@@ -13,9 +13,9 @@
 //! Every key may be left out and then means all that is shown.
 
 use super::Selection;
-use certainty_sim::experiment::SensorSet;
 use certainty_sim::fault::Times;
 use certainty_sim::toml_file::{self, TomlError, TomlFile};
+use certainty_sim::transducer::SensorSet;
 use core::fmt::Display;
 use core::str::FromStr;
 use std::path::Path;
@@ -206,7 +206,7 @@ mod tests {
         );
         assert_eq!(
             complaint("overlap = ['some']"),
-            "x.toml:1: overlap: 'some' is no overlap; write full or partial"
+            "x.toml:1: overlap: unknown overlap 'some': expected full or partial"
         );
         assert!(complaint("rate = [1]").starts_with("x.toml:1: unknown field `rate`"));
         assert!(complaint("rates = 'x'").starts_with("x.toml:1: "));

@@ -3,7 +3,7 @@
 use super::super::{Estimate, Waits};
 use super::Scenario;
 use super::trial::HealthTrial;
-use certainty_sim::experiment::Score;
+use certainty_sim::simulation::Score;
 use serde::Serialize;
 
 /// One method in one scenario, over all worlds.

@@ -1,8 +1,8 @@
 //! One set-up of the campaign, and all of them.
 
-use certainty_sim::experiment::SweepOverlap;
 use certainty_sim::fault::{Defect, Fault, FaultSpec, SpecError};
 use certainty_sim::fusion::Method;
+use certainty_sim::simulation::SweepOverlap;
 use core::fmt;
 use core::str::FromStr;
 

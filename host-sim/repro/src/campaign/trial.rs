@@ -5,12 +5,13 @@ use super::Scenario;
 use certainty_core::health::Status;
 use certainty_core::sensor::SensorId;
 use certainty_core::units::Ticks;
-use certainty_sim::experiment::{
-    HeadPlacement, Length, Run, STEP_MS, Score, SensorLayout, SensorSet, Setup, SetupError,
-};
 use certainty_sim::fault::{Defect, Fault, FaultSpec, SensorName, Times, Window};
 use certainty_sim::fusion::{FusionRules, Method};
-use certainty_sim::transducer::stream::{Purpose, stream};
+use certainty_sim::random::{Purpose, stream};
+use certainty_sim::simulation::{
+    HeadPlacement, Length, Run, STEP_MS, Score, SensorLayout, Setup, SetupError,
+};
+use certainty_sim::transducer::SensorSet;
 use certainty_sim::world::{Layout, LayoutError, World};
 use rand::seq::SliceRandom;
 use std::sync::Arc;
@@ -65,7 +66,7 @@ impl Scenario {
         let crew = SensorSet::of_table_1(self.sensors.into());
         let length = Length::Steps(steps);
         Ok(Setup {
-            rig: rig.unwrap_or(SensorLayout::SMART_CAR),
+            layout: rig.unwrap_or(SensorLayout::SMART_CAR),
             faults: self.faults(seed, window),
             fusion: *fusion,
             ..Setup::smart_car(Arc::new(world), crew, length, seed)

@@ -171,7 +171,7 @@ fn a_twin_has_the_same_draws() {
     let readings = |faults| {
         let world = Arc::clone(&world);
         let setup = Setup {
-            rig: RIG,
+            layout: RIG,
             faults,
             ..Setup::smart_car(world, SensorSet::default(), Length::Readings(600), 1)
         };
@@ -181,7 +181,7 @@ fn a_twin_has_the_same_draws() {
     assert_eq!(run.len(), twin.len());
     let mut differ = 0;
     for (taken, twin) in run.iter().zip(&twin) {
-        assert!(taken.spoilt || taken.beam == twin.beam);
+        assert!(taken.faulty || taken.beam == twin.beam);
         differ += usize::from(taken.beam != twin.beam);
     }
     assert!((20..=FAULTY).contains(&differ), "{differ}");
@@ -200,14 +200,14 @@ fn the_fault_ends_with_the_fiftieth_reading_for_either_count() {
         let world = Arc::new(World::built_in());
         let length = Length::Readings(600);
         let setup = Setup {
-            rig: RIG,
+            layout: RIG,
             faults: vec![recovery.fault().unwrap()],
             ..Setup::smart_car(world, SensorSet::default(), length, 1)
         };
         let run = setup.run().unwrap();
         for (place, taken) in run.readings.iter().enumerate() {
             let faulty = taken.beam.sensor.number() == 1 && place / stride < FAULTY;
-            assert_eq!(taken.spoilt, faulty, "reading {place}");
+            assert_eq!(taken.faulty, faulty, "reading {place}");
         }
     }
 }

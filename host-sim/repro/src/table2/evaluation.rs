@@ -1,8 +1,8 @@
 //! The evaluation in many worlds: means, and how much they scatter.
 
 use super::{Choices, Figures, Measure, Oracles, PRINTED_METHODS, Repetition, Teller, repetition};
-use certainty_sim::experiment::Score;
 use certainty_sim::fusion::Method;
+use certainty_sim::simulation::Score;
 use core::fmt;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 

@@ -1,8 +1,8 @@
 //! The six figures of Table 2, and how far others are from them.
 
 use super::Choices;
-use certainty_sim::experiment::Score;
 use certainty_sim::fusion::Method;
+use certainty_sim::simulation::Score;
 
 /// The methods of \[001\] Table 2, in its order.
 pub const PRINTED_METHODS: [Method; 3] = [Method::Bayes, Method::Robust, Method::Median];

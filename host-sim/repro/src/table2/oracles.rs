@@ -4,8 +4,8 @@ use super::Choices;
 use super::repetition::{CREWS, in_one_layout};
 use crate::Oracle;
 use certainty_core::certainty::Certainty;
-use certainty_sim::experiment::Run;
-use certainty_sim::transducer::stream::{Purpose, stream};
+use certainty_sim::random::{Purpose, stream};
+use certainty_sim::simulation::Run;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
 /// An [`Oracle`] for each crew, told of layouts that no repetition uses.

@@ -2,9 +2,10 @@
 
 use super::{Choices, Oracles, Standard};
 use certainty_core::certainty::Certainty;
-use certainty_sim::experiment::{Run, Score, Scored, SensorSet};
 use certainty_sim::fusion::{FusionRules, Landmarks, Method};
-use certainty_sim::transducer::stream::{Purpose, stream};
+use certainty_sim::random::{Purpose, stream};
+use certainty_sim::simulation::{Run, Score, ScoredCells};
+use certainty_sim::transducer::SensorSet;
 use certainty_sim::world::World;
 use rand::Rng;
 use std::sync::Arc;
@@ -72,7 +73,7 @@ impl<'a> Teller<'a> {
 pub struct Measure {
     readings: Readings,
     standard: Standard,
-    scored: Scored,
+    scored: ScoredCells,
 }
 
 /// Whose readings make the map that is measured.
@@ -88,7 +89,7 @@ impl Measure {
     pub const FLOOR: Self = Self {
         readings: Readings::Perfect,
         standard: Standard::Landmarks,
-        scored: Scored::All,
+        scored: ScoredCells::All,
     };
 
     /// Creates the measure that `choices` take.
@@ -226,7 +227,7 @@ mod tests {
             Measure {
                 readings: Readings::Real,
                 standard: Standard::SameMethod,
-                scored: Scored::Known,
+                scored: ScoredCells::Known,
             },
             Measure::of(&choices),
         ];

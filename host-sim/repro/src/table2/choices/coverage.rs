@@ -1,7 +1,7 @@
 //! How much of the arc every sensor sweeps.
 
 use super::{Choices, Open};
-use certainty_sim::experiment::SweepOverlap;
+use certainty_sim::simulation::SweepOverlap;
 
 impl Open for SweepOverlap {
     const NAME: &'static str = "coverage";

@@ -28,10 +28,11 @@ pub use standard::Standard;
 pub use sweeps::Sweeps;
 
 use certainty_core::fusion::{Behind, Middle};
-use certainty_sim::experiment::{
-    HeadPlacement, Length, Profile, Scored, SensorLayout, SensorSet, Setup, SweepOverlap,
-};
 use certainty_sim::fusion::{FusionRules, Own};
+use certainty_sim::simulation::{
+    HeadPlacement, Length, Profile, ScoredCells, SensorLayout, Setup, SweepOverlap,
+};
+use certainty_sim::transducer::SensorSet;
 use certainty_sim::world::World;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -92,7 +93,7 @@ pub struct Choices {
     /// What a map is compared with.
     pub reference: Standard,
     /// Which cells are compared.
-    pub scored: Scored,
+    pub scored: ScoredCells,
 }
 
 impl Choices {
@@ -111,7 +112,7 @@ impl Choices {
         own: Own::Accumulated,
         middle: Middle::Mean,
         reference: Standard::Landmarks,
-        scored: Scored::All,
+        scored: ScoredCells::All,
     };
 
     /// Returns one run of the evaluation: a crew in a world.
@@ -127,7 +128,7 @@ impl Choices {
         let rig = SensorLayout::try_new(self.mounting, self.coverage, directions);
         let steps = Length::Steps(u32::from(directions) * self.sweeps.sweeps());
         Setup {
-            rig: rig.unwrap_or(SensorLayout::SMART_CAR), // so few directions are never refused
+            layout: rig.unwrap_or(SensorLayout::SMART_CAR), // so few directions are never refused
             profile: Profile {
                 spread: self.spread.deviations(),
                 behind: self.behind,
@@ -266,7 +267,7 @@ pub const CHOICES: [Choice; 14] = [
     Choice::of::<Own>(),
     Choice::of::<Middle>(),
     Choice::of::<Standard>(),
-    Choice::of::<Scored>(),
+    Choice::of::<ScoredCells>(),
 ];
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Where the sensors sit.
 
 use super::{Choices, Open};
-use certainty_sim::experiment::HeadPlacement;
+use certainty_sim::simulation::HeadPlacement;
 
 impl Open for HeadPlacement {
     const NAME: &'static str = "mounting";

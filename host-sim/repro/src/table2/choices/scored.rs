@@ -1,9 +1,9 @@
 //! Which cells are compared.
 
 use super::{Choices, Open};
-use certainty_sim::experiment::Scored;
+use certainty_sim::simulation::ScoredCells;
 
-impl Open for Scored {
+impl Open for ScoredCells {
     const NAME: &'static str = "scored";
     const ALL: &'static [Self] = &[Self::All, Self::Known];
     const AFTER: bool = true;

@@ -1,7 +1,0 @@
-//! The shipped drivers on the simulated devices.
-
-mod gp2d02;
-mod moving_car;
-mod pins;
-mod ranger;
-mod servo;
