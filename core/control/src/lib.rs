@@ -1,20 +1,4 @@
-//! The control level: from readings and the sensors' health to motion, after \[004\].
-//!
-//! ```text
-//! rangefinders ── nearness (3, 5) ── Braitenberg (2, 4) ───────┐
-//! scanner, or ─── histogram (6–8) ── valley (9, 11) ───────────┤ weights α, credibility μ (1, 14, 15)
-//! the map                                                      ├─► motion ─► coverage ─► limits (16) ─► wheels
-//! pose, goal ──── bearing (10) ───── azimuth (12), speed (13) ─┘
-//! Health, cross-check ─► Failures ───── φ ─────────────────────┘
-//! ```
-//!
-//! [`Controller`] composes it; each part stands alone too. What the paper has as a given vector of zeros
-//! and ones, [`Failures`], is here as continuous as what it is made of: the operator's word, the fusion
-//! level's [`Health`](certainty_core::health::Health), or a [`CrossCheck`].
-//!
-//! Angles count counter-clockwise, turning left is positive. All is integers and sign-symmetric: mirrored
-//! readings have mirrored commands and mirrored diagnoses, to the bit. (What is looked up in a map is mirrored to
-//! a millimetre, which is what the centre of a cell is rounded by.)
+#![doc = include_str!("../README.md")]
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
 // Strict in what ships, not in tests: a test may unwrap, index and cast.
@@ -34,44 +18,40 @@
     )
 )]
 
-mod azimuth;
-mod braitenberg;
+mod behaviours;
+mod config;
 mod controller;
-mod coverage;
-mod credibility;
 mod cross_check;
+mod diagnosis;
 mod expected_scan;
 mod failures;
 mod histogram;
-mod limits;
-mod map_scan;
 mod motion;
-mod nearness;
-mod ramp;
-mod ray_fan;
-mod rules;
-mod speed;
-mod valley;
-mod views;
+mod pilot;
+mod sensors;
 mod wgs84;
 
-pub use azimuth::azimuth_turn;
-pub use braitenberg::{Braitenberg, PerRangefinder, RANGEFINDERS};
+pub use behaviours::{Braitenberg, azimuth_turn, linear_speed, nearness};
+pub use config::{
+    ControlConfig, ControlConfigError, ControlRules, Corner, FailureSharing, Ramp, RampError,
+    Weights,
+};
 pub use controller::{Command, ControlInput, Controller, SpeedLimit, Stamped};
-pub use coverage::{Coverage, CoverageConfig};
-pub use credibility::Credibility;
 pub use cross_check::{CrossCheck, CrossCheckConfig, CrossCheckConfigError, Verdict, Verdicts};
-pub use expected_scan::{Completed, ExpectedScan};
-pub use failures::{Failure, Failures, SENSORS};
-pub use histogram::{BEAMS, HistogramConfig, MIDDLE_BEAM, PerBeam, PolarHistogram, beam_bearing};
-pub use limits::Limits;
-pub use map_scan::{RayHit, beam_in_map, scan_of_map};
-pub use motion::{Effort, Motion, Side, Wheels};
-pub use nearness::{Mounting, nearness};
-pub use ramp::{Corner, Ramp, RampError};
-pub use ray_fan::RayFan;
-pub use rules::{Blame, ControlConfig, ControlConfigError, ControlRules, Weights};
-pub use speed::linear_speed;
-pub use valley::{Threshold, Valley};
-pub use views::Views;
-pub use wgs84::Wgs84;
+pub use diagnosis::{Assessment, Diagnosis, PlausibilityFilter};
+pub use expected_scan::{
+    CastRay, Completed, ExpectedScan, RayFan, RayHit, beam_in_map, scan_of_map,
+};
+pub use failures::{
+    Coverage, CoverageConfig, Credibility, Failure, Failures, SENSORS, SensorFlags,
+};
+pub use histogram::{HistogramConfig, PolarHistogram, Threshold, Valley};
+pub use motion::{Effort, Limits, Motion, Side, Wheels};
+pub use pilot::{
+    Decision, FailureSource, HistogramSource, Pilot, PilotError, PilotMaps, RobotMap, SensorModel,
+};
+pub use sensors::{
+    BEAMS, Mountings, PerBeam, PerRangefinder, RANGEFINDERS, ScanGeometry, SensorReadings,
+    beam_bearing,
+};
+pub use wgs84::{Wgs84, Wgs84Error};

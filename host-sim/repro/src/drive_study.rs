@@ -3,9 +3,8 @@
 use crate::recovery::Spread;
 use certainty_sim::fault::{FaultSpec, SpecError};
 use certainty_sim::robot::course::Course;
-use certainty_sim::robot::drive::{Drive, Event, Happening};
-use certainty_sim::robot::modes::{HealthMode, MapSource};
-use certainty_sim::robot::pilot::PilotConfig;
+use certainty_sim::robot::drive::{Drive, Event, EventKind};
+use certainty_sim::robot::pilot::{HealthMode, MapSource, PilotConfig};
 use certainty_sim::robot::sensors::NAMES;
 use certainty_sim::world::LayoutError;
 use rayon::prelude::{IntoParallelRefIterator, ParallelIterator};
@@ -40,7 +39,7 @@ pub struct Study {
     /// What the histogram is made from.
     pub map: MapSource,
     /// What of the core's rules is otherwise.
-    pub manner: PilotConfig,
+    pub pilot: PilotConfig,
 }
 
 /// What befalls which sensors, and who tells.
@@ -220,9 +219,9 @@ impl Study {
             faults: faults?,
             health: case.health,
             map: self.map,
-            manner: PilotConfig {
-                bold: case.bold || self.manner.bold,
-                ..self.manner
+            pilot: PilotConfig {
+                bold: case.bold || self.pilot.bold,
+                ..self.pilot
             },
             seed,
         };
@@ -255,20 +254,20 @@ fn diagnosed(case: &Case, events: &[Event]) -> (u32, Option<f64>, u32) {
         .split('+')
         .filter(|name| !name.is_empty())
         .collect();
-    let since = |name: &str, wanted: fn(&'static str) -> Happening| {
+    let since = |name: &str, wanted: fn(&'static str) -> EventKind| {
         let named = NAMES.into_iter().find(|own| *own == name).map(wanted);
         let mut events = events.iter().filter(|event| Some(event.what) == named);
         events.next().map(|event| event.time_s)
     };
     let (mut found, mut after, mut accused) = (0, Some(0.0_f64), 0);
     for name in NAMES {
-        let named = since(name, Happening::Distrusted);
+        let named = since(name, EventKind::Distrusted);
         if !failed.contains(&name) {
             accused += u32::from(named.is_some());
             continue;
         }
         found += u32::from(named.is_some());
-        let took = named.zip(since(name, Happening::FaultBegan));
+        let took = named.zip(since(name, EventKind::FaultBegan));
         let took = took.map(|(named, began)| (named - began).max(0.0));
         after = after.zip(took).map(|(after, took)| after.max(took));
     }
@@ -329,7 +328,7 @@ mod tests {
             seed: 3,
             worlds: 3,
             map: MapSource::Beams,
-            manner: PilotConfig::default(),
+            pilot: PilotConfig::default(),
         };
         let case = &Study::simulations()[0];
         let on = |threads| {

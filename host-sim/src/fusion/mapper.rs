@@ -2,7 +2,7 @@
 
 use super::literal::LiteralGrid;
 use super::rules::{FusionRules, Landmarks, Method, Own};
-use certainty_control::{ExpectedScan, PerBeam, Views, scan_of_map};
+use certainty_control::{CastRay, RayHit, RobotMap};
 use certainty_core::certainty::Certainty;
 use certainty_core::fusion::{
     Accumulated, BayesGrid, Beam, BeamModel, CertaintyGrid, Environment, Geometry, Latest, Mapper,
@@ -170,24 +170,7 @@ impl HostMapper {
         each!(&mut self.0, mapper => mapper.settle(now));
     }
 
-    /// Returns the readings of a scanner in the map; see [`scan_of_map`].
-    #[must_use]
-    pub fn scan(
-        &self,
-        scanner: Pose,
-        farthest: Millimeters,
-        obstacle: Certainty,
-    ) -> PerBeam<Reading> {
-        each!(&self.0, mapper => scan_of_map(&mapper.environment(), scanner, farthest, obstacle))
-    }
-
-    /// Returns the scan that the map predicts for a robot's sensors; see [`ExpectedScan::of_map`].
-    #[must_use]
-    pub fn expected_scan(&self, robot: Pose, views: &Views, obstacle: Certainty) -> ExpectedScan {
-        each!(&self.0, mapper => ExpectedScan::of_map(&mapper.environment(), robot, views, obstacle))
-    }
-
-    /// Returns the map's geometry.
+    /// Returns where the map lies and how it is divided.
     #[must_use]
     pub fn geometry(&self) -> Geometry {
         each!(&self.0, mapper => mapper.grid().geometry())
@@ -197,6 +180,28 @@ impl HostMapper {
     #[must_use]
     pub fn memory_bytes(&self) -> usize {
         each!(&self.0, mapper => mapper.grid().memory_bytes())
+    }
+}
+
+impl CastRay for HostMapper {
+    fn cast(&self, from: Pose, range: Millimeters, obstacle: Certainty) -> RayHit {
+        each!(&self.0, mapper => mapper.cast(from, range, obstacle))
+    }
+}
+
+impl RobotMap for HostMapper {
+    fn integrate(
+        &mut self,
+        sensor: SensorId,
+        beam: &Beam,
+        model: &BeamModel,
+        now: Ticks,
+    ) -> Result<u32, UnknownSensor> {
+        Self::integrate(self, sensor, beam, model, now)
+    }
+
+    fn health_of(&self, sensor: SensorId) -> Option<Health> {
+        each!(&self.0, mapper => mapper.health_of(sensor))
     }
 }
 

@@ -1,4 +1,4 @@
-//! Six wheels, three a side, one speed a side: how the robot moves.
+//! How the robot moves: six wheels, three per side, one speed per side.
 
 use crate::random::{Purpose, stream};
 use crate::world::World;
@@ -14,25 +14,25 @@ pub const RADIUS_MM: f64 = 300.0;
 /// by 0.6 m in all.
 const SPINE_MM: i32 = 150;
 
-/// Between the wheels of both sides, in millimetres.
+/// The distance between the wheels of both sides, in millimetres.
 const TRACK_MM: f64 = 500.0;
 
-/// How much wider the track seems in a turn, as wheels that cannot steer scrape over the ground.
+/// The factor by which the track acts wider in a turn, as wheels that cannot steer scrape over the ground.
 const SCRAPE: f64 = 1.6;
 
 /// Time constant of the motors, in seconds.
 const LAG_S: f64 = 0.08;
 
-/// How much faster a side can get, whatever is asked, in mm/s².
+/// The highest acceleration of a side, in mm/s².
 const STRONGEST_MM_S2: f64 = 8000.0;
 
-/// Standard deviation of what a side's wheels slip, as a part of their speed.
+/// Standard deviation of the slip of a side's wheels, as a part of their speed.
 const SLIP: f64 = 0.04;
 
-/// The body: where it is, how its wheels turn, what it has bumped into.
+/// The body: its pose, the speeds of its wheels, its collisions.
 ///
-/// Each side follows its command with a lag and a bound on acceleration; what reaches the ground is less
-/// by a slip that changes every tenth of a second. A body that would touch an obstacle stays where it is, and
+/// Each side follows its command with a lag and a limit of acceleration; the speed over the ground differs by a
+/// slip that changes every tenth of a second. A body that would touch an obstacle stays at its place, and
 /// turns if it can do so on the spot; each touch counts once, until it is clear by 5 cm.
 #[derive(Debug, Clone)]
 pub struct Body {
@@ -55,7 +55,7 @@ pub struct Body {
 }
 
 impl Body {
-    /// Creates a body that stands at `pose`, in the run that `seed` names.
+    /// Creates a body that stands at `pose`, with slip determined by `seed`.
     #[must_use]
     pub fn new(pose: Pose, seed: u64) -> Self {
         Self {
@@ -74,7 +74,7 @@ impl Body {
         }
     }
 
-    /// Returns where it is.
+    /// Returns its pose.
     #[must_use]
     pub fn pose(&self) -> Pose {
         let at = Point::from_mm(self.x.floor() as i32, self.y.floor() as i32);
@@ -87,7 +87,7 @@ impl Body {
         (self.right, self.left)
     }
 
-    /// Returns how fast it moves over the ground, in mm/s.
+    /// Returns its speed over the ground, in mm/s.
     #[must_use]
     pub const fn speed_mm_s(&self) -> f64 {
         self.speed
@@ -106,15 +106,15 @@ impl Body {
         self.least_clearance
     }
 
-    /// Returns whether it is in an obstacle where it stands.
+    /// Returns whether it overlaps an obstacle.
     #[must_use]
     pub fn touches(&self, world: &World) -> bool {
         self.clearance(world) <= 0.0
     }
 
-    /// Moves for `ms` milliseconds as `wheels` of `full_speed_mm_s` ask.
+    /// Moves for `ms` milliseconds with `wheels` as parts of `full_speed_mm_s`.
     pub fn drive(&mut self, world: &World, wheels: Wheels, full_speed_mm_s: f64, ms: u32) {
-        /// Milliseconds of one step of the motion; a robot goes a centimetre in it.
+        /// Milliseconds of one step of the motion, in which a robot goes a centimetre.
         const STEP_MS: u32 = 10;
         let full = full_speed_mm_s;
         let wanted = (
@@ -140,14 +140,14 @@ impl Body {
                 let normal: f64 = StandardNormal.sample(&mut self.rng);
                 (normal * SLIP).clamp(-3.0 * SLIP, 3.0 * SLIP)
             };
-            // A wheel slips forwards on a slope as well as backwards.
+            // Both ways: on a slope a wheel slips forwards as well as backwards.
             self.slip = (draw(), draw());
             self.slip_left_ms = 100;
         }
         self.slip_left_ms = self.slip_left_ms.saturating_sub(ms);
     }
 
-    /// One step over the ground, unless something is in the way.
+    /// One step over the ground, unless an obstacle is in the way.
     fn step(&mut self, world: &World, ahead: f64, difference: f64, seconds: f64) {
         let before = (self.x, self.y, self.heading);
         let scale = f64::from(1_u32 << Direction::FRACTION_BITS);
@@ -178,9 +178,9 @@ impl Body {
         }
     }
 
-    /// How far the nearest obstacle is from the outline, in millimetres; below 0 within it.
+    /// The distance from the outline to the nearest obstacle, in millimetres; below 0 within it.
     ///
-    /// From five places along the spine: less than 3 mm too much.
+    /// Computed from five places along the spine: too large by less than 3 mm.
     fn clearance(&self, world: &World) -> f64 {
         let pose = self.pose();
         let places = (-2..=2).map(|place| {
@@ -192,12 +192,12 @@ impl Body {
     }
 
     fn bearing(&self) -> BinaryAngle {
-        // A whole turn wraps to none.
+        // A whole turn wraps to 0.
         BinaryAngle::from_bits((self.heading * 65536.0).round() as u32 as u16)
     }
 }
 
-/// How far the body reaches from its middle at the most.
+/// Returns how far the body reaches from its middle.
 #[must_use]
 pub const fn reach() -> Millimeters {
     Millimeters::new(RADIUS_MM as u32 + SPINE_MM.unsigned_abs())
@@ -238,10 +238,10 @@ mod tests {
     }
 
     #[test]
-    fn wheels_that_turn_against_each_other_turn_it_on_the_spot() {
+    fn opposite_wheels_turn_it_on_the_spot() {
         let mut body = Body::new(Pose::default(), 1);
         body.drive(&open(), wheels(0.5, -0.5), 1000.0, 1000);
-        // 1000 mm/s over a track that seems 800 mm wide: 1.25 rad/s, less the lag.
+        // 1000 mm/s over a track that acts 800 mm wide: 1.25 rad/s, less the lag.
         let turned = f64::from(body.pose().heading.to_bits()) / 65536.0 * 360.0;
         assert!((60.0..=75.0).contains(&turned), "{turned}");
         assert!(body.pose().at.distance(Point::ORIGIN).get() < 50);
@@ -269,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn a_seed_names_the_slip() {
+    fn the_seed_determines_the_slip() {
         let run = |seed| {
             let mut body = Body::new(Pose::default(), seed);
             body.drive(&open(), wheels(1.0, 0.9), 1000.0, 3000);

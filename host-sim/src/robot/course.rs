@@ -1,4 +1,4 @@
-//! Where the robot drives: from the origin, looking along +x, to a goal.
+//! Where the robot drives: from the origin, heading along +x, to a goal.
 
 use crate::fusion::{FusionRules, HostMapper, Method};
 use crate::world::{Bounds, Layout, LayoutError, World};
@@ -6,19 +6,19 @@ use certainty_core::fusion::Geometry;
 use certainty_core::units::{Millimeters, Point, Pose};
 use std::sync::Arc;
 
-/// The built-in course: obstacles on the way, in the manner of \[004\] Fig. 6.
+/// The built-in course: obstacles on the way, similar to \[004\] Fig. 6.
 ///
 /// The paper gives no layout in numbers.
 pub const BUILT_IN: &str = include_str!("../../data/course.toml");
 
-/// A world and where to go in it.
+/// A world with a start and a goal.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Course {
     /// The obstacles.
     pub world: Arc<World>,
-    /// Where the robot starts; the origin, looking along +x, unless said otherwise.
+    /// Where the robot starts: the origin, heading along +x, unless set otherwise.
     pub start: Pose,
-    /// Where it shall be.
+    /// The goal.
     pub goal: Point,
 }
 
@@ -30,7 +30,7 @@ impl Course {
     ///
     /// # Panics
     ///
-    /// Never: a test proves that the file, which is part of the program, is a world.
+    /// Only if the file, which is part of the program, is not a world, which a test excludes.
     #[must_use]
     pub fn built_in() -> Self {
         let world = World::parse(BUILT_IN.as_bytes(), "course.toml");
@@ -47,14 +47,14 @@ impl Course {
         }
     }
 
-    /// Returns the random course that `seed` names: six obstacles of 0.3 m to 0.9 m between start and
+    /// Returns a random course, determined by `seed`: six obstacles of 0.3 m to 0.9 m between start and
     /// goal, clear of both by 1.2 m.
     ///
-    /// Some have no way through that the robot is narrow enough for; that is part of the figures.
+    /// Some have no gap wide enough for the robot; the studies count them too.
     ///
     /// # Errors
     ///
-    /// [`LayoutError`], never in practice: there is room for six.
+    /// [`LayoutError`] if the obstacles do not fit; there is room for six.
     pub fn random(seed: u64) -> Result<Self, LayoutError> {
         let layout = Layout {
             area: Bounds {
@@ -71,11 +71,11 @@ impl Course {
         Ok(Self::to(GOAL, World::random(&layout, seed)?))
     }
 
-    /// Returns an empty map of the course and 2 m around it, in cells of 10 cm, as far as the robot comes.
+    /// Returns an empty map of the course and 2 m around it, in cells of 10 cm, as far as the robot can come.
     ///
     /// # Panics
     ///
-    /// For no sensors; never for a size.
+    /// If `sensors` is 0.
     #[must_use]
     pub fn map(&self, method: Method, sensors: u8) -> HostMapper {
         const MARGIN: i32 = 2000;
@@ -104,7 +104,7 @@ impl Course {
     }
 }
 
-/// How far a robot that goes 1 m/s for [`LONGEST_MS`](super::drive::LONGEST_MS) comes and sees.
+/// How far a robot can come and see that goes 1 m/s for [`LONGEST_MS`](super::drive::LONGEST_MS).
 const FARTHEST_MM: i32 = 104_000;
 
 #[cfg(test)]
@@ -112,7 +112,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_built_in_course_blocks_the_straight_way_and_leaves_start_and_goal_clear() {
+    fn the_built_in_course_blocks_the_straight_way_only() {
         let course = Course::built_in();
         let blocked = (0..10_000).any(|x| course.world.occupied(Point::from_mm(x, 0)));
         assert!(blocked);
@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn a_map_has_what_can_be_reached_in_cells_of_the_same_size() {
+    fn a_map_covers_what_can_be_reached() {
         let cells = |goal| {
             let course = Course::to(goal, World::new("open", Vec::new()));
             let geometry = course.map(Method::Robust, 7).geometry();

@@ -1,14 +1,12 @@
-//! One run: the robot drives until it is there or its time is over.
+//! One run: the robot drives until it reaches the goal or its time is over.
 
 use super::body::Body;
 use super::course::Course;
-use super::diagnosis::broken;
-use super::modes::{HealthMode, MapSource};
-use super::pilot::{Pilot, PilotConfig};
+use super::pilot::{HealthMode, MapSource, PilotConfig};
 use super::quality::{Quality, Sample};
 use super::sensors::{NAMES, RobotSensors};
 use crate::fault::{FaultSpec, SpecError};
-use certainty_control::{Failures, SpeedLimit};
+use certainty_control::{FailureSource, Failures, SpeedLimit};
 use certainty_core::certainty::Certainty;
 use certainty_core::fusion::Geometry;
 use certainty_core::units::{Point, Pose, Ticks};
@@ -21,20 +19,20 @@ pub const STEP_MS: u32 = 50;
 /// `T_max` of \[004\] §4, in milliseconds.
 pub const LONGEST_MS: u32 = 100_000;
 
-/// A run, before it is made.
+/// The parameters of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Drive {
-    /// Where.
+    /// The world, the start and the goal.
     pub course: Course,
-    /// What befalls the sensors, by the names of [`NAMES`] or their numbers.
+    /// The sensors' faults, by the names of [`NAMES`] or their numbers.
     pub faults: Vec<FaultSpec>,
-    /// Who tells the control level of it.
+    /// Where the control level's failures come from.
     pub health: HealthMode,
     /// What the histogram is made from.
     pub map: MapSource,
-    /// What of the core's rules is otherwise.
-    pub manner: PilotConfig,
-    /// Names the noise, the slip and the faults' whims.
+    /// In what the control level differs from the default.
+    pub pilot: PilotConfig,
+    /// Determines the noise, the slip and random faults.
     pub seed: u64,
 }
 
@@ -55,49 +53,49 @@ pub struct Step {
     pub angle_deg: f64,
 }
 
-/// What happened, and when.
+/// An event and its time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Event {
     /// Seconds since the start.
     pub time_s: f64,
-    /// What.
-    pub what: Happening,
+    /// Its kind.
+    pub what: EventKind,
 }
 
-/// What can happen on the way.
+/// A kind of event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Happening {
+pub enum EventKind {
     /// A sensor's fault began.
     FaultBegan(&'static str),
     /// A sensor's fault ended.
     FaultEnded(&'static str),
-    /// A sensor is believed to have failed, by half at least.
+    /// A sensor is estimated to have failed, by half at least.
     Distrusted(&'static str),
-    /// It is not any more.
+    /// It is no longer.
     TrustedAgain(&'static str),
-    /// What held the robot back changed.
+    /// What limits the speed changed.
     SpeedLimit(SpeedLimit),
-    /// It touched an obstacle.
+    /// The robot touched an obstacle.
     Collision,
-    /// It is there.
+    /// It reached the goal.
     Reached,
     /// Its time is over.
     TimeOver,
 }
 
-/// Whose word an event is.
+/// Where an event comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EventSource {
-    /// The simulator's, which knows.
+    /// The simulator: it is a fact.
     Truth,
-    /// The robot's: what it believes, and what it does for that.
+    /// The robot: its estimate, or its reaction.
     Robot,
 }
 
-impl Happening {
-    /// Returns whose word it is.
+impl EventKind {
+    /// Returns where it comes from.
     #[must_use]
-    pub const fn voice(self) -> EventSource {
+    pub const fn source(self) -> EventSource {
         match self {
             Self::FaultBegan(_)
             | Self::FaultEnded(_)
@@ -109,7 +107,7 @@ impl Happening {
     }
 }
 
-impl fmt::Display for Happening {
+impl fmt::Display for EventKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::FaultBegan(name) => write!(f, "{name}: fault began"),
@@ -134,7 +132,7 @@ impl fmt::Display for Happening {
     }
 }
 
-/// What a run came to.
+/// The result of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
     /// Whether the goal was reached in time.
@@ -145,16 +143,16 @@ pub struct Outcome {
     pub collisions: u32,
     /// The least distance from the outline to an obstacle, in millimetres; infinite on an open plane.
     pub min_clearance_mm: f64,
-    /// What happened.
+    /// The events, in the order of their times.
     pub events: Vec<Event>,
     /// Every control step.
     pub steps: Vec<Step>,
-    /// The map that the histogram was made from at the end, if it was.
+    /// The map that the histogram was made from, as it was at the end, if it was made from one.
     pub map: Option<(Geometry, Vec<Certainty>)>,
 }
 
 impl Drive {
-    /// The run in `course` without any fault, as \[004\]'s simulation 1.
+    /// Creates a run in `course` without any fault, as \[004\]'s simulation 1.
     #[must_use]
     pub fn new(course: Course, health: HealthMode, seed: u64) -> Self {
         Self {
@@ -162,21 +160,21 @@ impl Drive {
             faults: Vec::new(),
             health,
             map: MapSource::Beams,
-            manner: PilotConfig::default(),
+            pilot: PilotConfig::default(),
             seed,
         }
     }
 
-    /// Drives.
+    /// Drives, and returns what came of it.
     ///
     /// # Errors
     ///
-    /// [`SpecError`] for a fault of a sensor that is not there.
+    /// [`SpecError`] for a fault of a sensor that does not exist.
     pub fn run(&self) -> Result<Outcome, SpecError> {
         let Course { world, start, goal } = &self.course;
         let mut sensors = RobotSensors::new(world, &self.faults, self.seed)?;
-        let rules = self.manner.rules();
-        let mut pilot = Pilot::new(&self.course, self.manner, self.health, self.map);
+        let rules = self.pilot.rules();
+        let mut pilot = self.pilot.pilot(&self.course, self.health, self.map);
         let mut body = Body::new(*start, self.seed);
         let limits = rules.config().limits;
         let radius_m = f64::from(rules.config().goal_radius.get()) / 1000.0;
@@ -189,13 +187,18 @@ impl Drive {
             let pose = body.pose();
             // Of the readings that are about to be taken.
             let given = sensors.failures(at);
-            let glance = sensors.look(pose, at);
-            let decision = pilot.decide(&glance, pose, *goal, at, given);
+            let readings = sensors.read(pose, at);
+            let source = match self.health {
+                HealthMode::Given => FailureSource::Given(given),
+                HealthMode::Diagnosed => FailureSource::Diagnosed,
+                HealthMode::Ignored => FailureSource::Given(Failures::NONE),
+            };
+            let decision = pilot.step(&readings, pose, *goal, at, source);
             log.note_failures(now, given, decision.failures, self.health);
-            log.note_caution(now, decision.command.caution);
+            log.note_speed_limit(now, decision.command.speed_limit);
             let full = f64::from(limits.full_speed_mm_s);
             body.drive(&world, decision.command.wheels, full, STEP_MS);
-            let step = seen(&body, *goal, now + STEP_MS);
+            let step = state(&body, *goal, now + STEP_MS);
             steps.push(step);
             log.note_collisions(now + STEP_MS, body.collisions());
             if step.distance_m <= radius_m {
@@ -207,9 +210,9 @@ impl Drive {
         log.push(
             end,
             if reached {
-                Happening::Reached
+                EventKind::Reached
             } else {
-                Happening::TimeOver
+                EventKind::TimeOver
             },
         );
         let samples: Vec<Sample> = steps
@@ -226,7 +229,9 @@ impl Drive {
             min_clearance_mm: body.least_clearance_mm(),
             events: log.events,
             steps,
-            map: pilot.map().map(|map| (map.geometry(), map.cells())),
+            map: pilot
+                .histogram_map()
+                .map(|map| (map.geometry(), map.cells())),
         })
     }
 }
@@ -235,7 +240,7 @@ fn seconds(ms: u32) -> f64 {
     f64::from(ms) / 1000.0
 }
 
-fn seen(body: &Body, goal: Point, now: u32) -> Step {
+fn state(body: &Body, goal: Point, now: u32) -> Step {
     let pose = body.pose();
     let (right, left) = body.wheels_mm_s();
     let angle = pose.at.bearing(goal).map_or(0.0, |bearing| {
@@ -252,35 +257,34 @@ fn seen(body: &Body, goal: Point, now: u32) -> Step {
     }
 }
 
-/// What happened so far, and what it is compared with.
+/// The events so far, and the states that the next ones are changes of.
 #[derive(Debug, Default)]
 struct Log {
     events: Vec<Event>,
     faulty: [bool; NAMES.len()],
     distrusted: [bool; NAMES.len()],
-    caution: SpeedLimit,
-    /// Another one, and for how many steps it has been that.
-    other: (SpeedLimit, u32),
+    speed_limit: SpeedLimit,
+    /// The latest one, which may be another, and for how many steps it has lasted.
+    latest: (SpeedLimit, u32),
     collisions: u32,
 }
 
 impl Log {
-    fn push(&mut self, now: u32, what: Happening) {
+    fn push(&mut self, now: u32, what: EventKind) {
         self.events.push(Event {
             time_s: seconds(now),
             what,
         });
     }
 
-    fn note_failures(&mut self, now: u32, given: Failures, believed: Failures, mode: HealthMode) {
-        let all = |failures: Failures| broken(&failures).into_iter().enumerate();
-        for (slot, faulty) in all(given) {
+    fn note_failures(&mut self, now: u32, given: Failures, estimated: Failures, mode: HealthMode) {
+        for (slot, faulty) in given.failed().iter().enumerate() {
             if core::mem::replace(&mut self.faulty[slot], faulty) != faulty {
                 let name = NAMES[slot];
                 let what = if faulty {
-                    Happening::FaultBegan(name)
+                    EventKind::FaultBegan(name)
                 } else {
-                    Happening::FaultEnded(name)
+                    EventKind::FaultEnded(name)
                 };
                 self.push(now, what);
             }
@@ -288,41 +292,41 @@ impl Log {
         if mode != HealthMode::Diagnosed {
             return;
         }
-        for (slot, distrusted) in all(believed) {
+        for (slot, distrusted) in estimated.failed().iter().enumerate() {
             if core::mem::replace(&mut self.distrusted[slot], distrusted) != distrusted {
                 let name = NAMES[slot];
                 let what = if distrusted {
-                    Happening::Distrusted(name)
+                    EventKind::Distrusted(name)
                 } else {
-                    Happening::TrustedAgain(name)
+                    EventKind::TrustedAgain(name)
                 };
                 self.push(now, what);
             }
         }
     }
 
-    /// Notes what holds the robot back, once that has lasted half a second: a robot that could go just as
-    /// fast as it may changes from *slowed* to not at every step.
-    fn note_caution(&mut self, now: u32, caution: SpeedLimit) {
+    /// Notes what limits the speed, once that has lasted half a second: a robot that just reaches the speed
+    /// allowed alternates between *slowed* and *none* from step to step.
+    fn note_speed_limit(&mut self, now: u32, limit: SpeedLimit) {
         const LASTING_STEPS: u32 = 10;
-        let steps = if caution == self.other.0 {
-            self.other.1
+        let steps = if limit == self.latest.0 {
+            self.latest.1
         } else {
             0
         };
-        self.other = (caution, steps + 1);
-        if caution == self.caution || caution == SpeedLimit::Arrived {
+        self.latest = (limit, steps + 1);
+        if limit == self.speed_limit || limit == SpeedLimit::Arrived {
             return;
         }
-        if self.other.1 >= LASTING_STEPS || caution == SpeedLimit::Blind {
-            self.caution = caution;
-            self.push(now, Happening::SpeedLimit(caution));
+        if self.latest.1 >= LASTING_STEPS || limit == SpeedLimit::Blind {
+            self.speed_limit = limit;
+            self.push(now, EventKind::SpeedLimit(limit));
         }
     }
 
     fn note_collisions(&mut self, now: u32, collisions: u32) {
         for _ in self.collisions..collisions {
-            self.push(now, Happening::Collision);
+            self.push(now, EventKind::Collision);
         }
         self.collisions = collisions;
     }

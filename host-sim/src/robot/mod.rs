@@ -1,35 +1,27 @@
-//! A robot like the IBIS of \[004\] that drives to a goal among obstacles while its sensors fail.
+//! A simulated robot like the IBIS of \[004\] that drives to a goal among obstacles while its sensors fail.
 //!
 //! | module | is |
 //! |---|---|
-//! | [`body`] | six wheels, skid-steered: lag, slip, what it bumps into |
-//! | [`sensors`] | six rangefinders and a scanner, where they sit and what befalls them |
-//! | [`modes`] | who tells the robot what has failed, what it sees obstacles in, who remembers |
-//! | [`plausibility_filter`] | what a sensor's own readings say about it |
-//! | [`diagnosis`] | what it finds out about its sensors: by themselves, by each other, by its map |
-//! | [`drawn_map`] | the map that it draws, and what it remembers by it |
-//! | [`pilot`] | the control level fed by all of them |
+//! | [`body`] | six wheels, skid-steered: lag, slip, collisions |
 //! | [`course`] | where it drives: the built-in course, random ones, a world file |
 //! | [`drive`] | one run, step by step |
+//! | [`pilot`] | which of the control level's parts a run uses: health, memory, the histogram's source |
 //! | [`quality`] | \[004\] eq. 17 to 19 |
+//! | [`sensors`] | six rangefinders and a scanner: mountings, noise, faults |
 //!
-//! The robot knows where it is: \[004\] has a receiver and a compass for that, and their errors are no
-//! subject here.
+//! The control level itself, with the diagnosis of the sensors and the map, is
+//! [`certainty_control::Pilot`]. The robot's pose is exact: \[004\] has a receiver and a compass for it, and
+//! their errors are not simulated.
 
 pub mod body;
 pub mod course;
-pub mod diagnosis;
-pub mod drawn_map;
 pub mod drive;
-pub mod modes;
 pub mod pilot;
-pub mod plausibility_filter;
 pub mod quality;
 pub mod sensors;
 
 pub use body::Body;
 pub use course::Course;
 pub use drive::{Drive, Outcome};
-pub use modes::{HealthMode, MapSource, Memory};
-pub use pilot::PilotConfig;
+pub use pilot::{HealthMode, MapSource, Memory, PilotConfig};
 pub use quality::Quality;

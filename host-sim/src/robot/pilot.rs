@@ -1,49 +1,156 @@
-//! The control level fed by the robot's sensors, by what it finds out about them and what it remembers.
+//! Which parts of the control level a run uses: where failures come from, the memory, the histogram's source.
 
 use super::course::Course;
-use super::diagnosis::{Diagnosis, broken};
-use super::drawn_map::DrawnMap;
-use super::modes::{HealthMode, MapSource, Memory};
-use super::sensors::Glance;
-use crate::fusion::{HostMapper, Method};
+use super::sensors::sensor_model;
+use crate::fusion::{HostMapper, Method, UnknownMethod};
 use certainty_control::{
-    Blame, Command, Completed, ControlConfig, ControlInput, ControlRules, Controller,
-    CoverageConfig, Effort, Failures, SENSORS, Side, Stamped,
+    ControlConfig, ControlRules, CoverageConfig, Effort, FailureSharing, HistogramSource, Pilot,
+    PilotMaps, RANGEFINDERS, SENSORS,
 };
-use certainty_core::units::{Point, Pose, Ticks};
+use core::fmt;
+use core::str::FromStr;
 
-/// The control level and what feeds it.
-#[derive(Debug)]
-pub struct Pilot {
-    controller: Controller,
-    mode: HealthMode,
-    diagnosis: Diagnosis,
-    /// What the robot remembers, where it remembers or finds out by itself what has failed.
-    memory: Option<DrawnMap>,
-    /// Whether the memory makes up for what is not seen.
-    remembers: bool,
-    source: MapSource,
-    /// The map that the histogram is made from, where that is not the memory.
-    map: Option<DrawnMap>,
+/// Where the control level's failures come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum HealthMode {
+    /// An oracle, as in \[004\]: at once, and right.
+    Given,
+    /// The robot's own diagnosis.
+    Diagnosed,
+    /// Nowhere: **F** is zero.
+    Ignored,
 }
 
-/// What the pilot decided at one step, and what it believed.
+impl HealthMode {
+    /// All of them, in the order of reports.
+    pub const ALL: [Self; 3] = [Self::Given, Self::Diagnosed, Self::Ignored];
+
+    /// Returns its name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Given => "given",
+            Self::Diagnosed => "diagnosed",
+            Self::Ignored => "ignored",
+        }
+    }
+}
+
+impl fmt::Display for HealthMode {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// The name is not a health mode's.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("unknown health mode '{0}': expected given, diagnosed or ignored")]
+pub struct UnknownHealthMode(pub String);
+
+impl FromStr for HealthMode {
+    type Err = UnknownHealthMode;
+
+    fn from_str(name: &str) -> Result<Self, UnknownHealthMode> {
+        let found = Self::ALL.into_iter().find(|mode| mode.name() == name);
+        found.ok_or_else(|| UnknownHealthMode(name.to_owned()))
+    }
+}
+
+/// Which robots fill in readings of failed sensors from a map that they draw.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Decision {
-    /// What the wheels are told.
-    pub command: Command,
-    /// **F** as it was believed.
-    pub failures: Failures,
+pub enum Memory {
+    /// None, as in \[004\].
+    Nobody,
+    /// Those that diagnose their sensors, which draw a map for that anyway.
+    Diagnosed,
+    /// All, so that the effect of the memory can be separated from that of the diagnosis.
+    Everyone,
 }
 
-/// What of the core's rules a run may have otherwise.
+impl Memory {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Nobody, Self::Diagnosed, Self::Everyone];
+
+    /// Returns its name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Nobody => "nobody",
+            Self::Diagnosed => "diagnosed",
+            Self::Everyone => "everyone",
+        }
+    }
+
+    /// Returns whether a robot in this health mode fills in readings.
+    #[must_use]
+    pub fn applies_to(self, mode: HealthMode) -> bool {
+        match self {
+            Self::Nobody => false,
+            Self::Diagnosed => mode == HealthMode::Diagnosed,
+            Self::Everyone => true,
+        }
+    }
+}
+
+/// The name is not a memory's.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("unknown memory '{0}': expected nobody, diagnosed or everyone")]
+pub struct UnknownMemory(pub String);
+
+impl FromStr for Memory {
+    type Err = UnknownMemory;
+
+    fn from_str(name: &str) -> Result<Self, UnknownMemory> {
+        let found = Self::ALL.into_iter().find(|memory| memory.name() == name);
+        found.ok_or_else(|| UnknownMemory(name.to_owned()))
+    }
+}
+
+/// What the histogram is made from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MapSource {
+    /// The scanner's last beams, as in \[004\].
+    Beams,
+    /// A certainty grid of all sensors' readings, as in the first vector field histogram.
+    Map(Method),
+}
+
+impl fmt::Display for MapSource {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Beams => f.write_str("beams"),
+            Self::Map(method) => method.fmt(f),
+        }
+    }
+}
+
+/// The name is neither `beams` nor a fusion method's.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("unknown map '{0}': expected beams, bayes, robust, trimmed or median")]
+pub struct UnknownMapSource(pub String);
+
+impl FromStr for MapSource {
+    type Err = UnknownMapSource;
+
+    fn from_str(name: &str) -> Result<Self, UnknownMapSource> {
+        if name == "beams" {
+            return Ok(Self::Beams);
+        }
+        let method: Result<Method, UnknownMethod> = name.parse();
+        method
+            .map(Self::Map)
+            .map_err(|UnknownMethod(name)| UnknownMapSource(name))
+    }
+}
+
+/// In what a run's control level differs from the default.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PilotConfig {
-    /// Whether full speed is allowed as long as any sensor is believed, as in \[004\]'s simulations.
+    /// Whether full speed is allowed as long as any sensor is trusted, as in \[004\]'s simulations.
     pub bold: bool,
-    /// What a failed rangefinder does to the others.
-    pub blame: Blame,
-    /// Who remembers what the map shows.
+    /// How far a failed rangefinder lowers the credibility of the others.
+    pub sharing: FailureSharing,
+    /// Which robots fill in readings from a map.
     pub memory: Memory,
 }
 
@@ -51,7 +158,7 @@ impl Default for PilotConfig {
     fn default() -> Self {
         Self {
             bold: false,
-            blame: ControlConfig::DEFAULT.blame,
+            sharing: ControlConfig::DEFAULT.sharing,
             memory: Memory::Diagnosed,
         }
     }
@@ -62,107 +169,43 @@ impl PilotConfig {
     ///
     /// # Panics
     ///
-    /// Never: a test tries all.
+    /// Only if the constants do not fit together, which a test excludes.
     #[must_use]
     pub fn rules(self) -> ControlRules {
         let default = ControlConfig::DEFAULT;
         let any = CoverageConfig {
-            rangefinders: [Effort::ONE; SENSORS - 1],
+            rangefinders: [Effort::ONE; RANGEFINDERS],
             scanner: Effort::ONE,
             ..default.coverage
         };
         let config = ControlConfig {
             coverage: if self.bold { any } else { default.coverage },
-            blame: self.blame,
+            sharing: self.sharing,
             ..default
         };
         ControlRules::try_new(config).expect("every part is within 0 and 1")
     }
-}
 
-impl Pilot {
-    /// Creates a pilot for `course` that knows nothing yet.
+    /// Returns the control level for `course`, with empty maps.
+    ///
+    /// # Panics
+    ///
+    /// Only if the constants do not fit together, which a test excludes.
     #[must_use]
-    pub fn new(course: &Course, manner: PilotConfig, mode: HealthMode, source: MapSource) -> Self {
-        let remembers = manner.memory.serves(mode);
-        let memory = (remembers || mode == HealthMode::Diagnosed)
-            .then(|| DrawnMap::new(course, Method::Robust));
-        let map = match source {
-            MapSource::Map(Method::Robust) if memory.is_some() => None,
-            MapSource::Map(method) => Some(DrawnMap::new(course, method)),
-            MapSource::Beams => None,
-        };
-        Self {
-            controller: Controller::new(manner.rules(), Side::Left),
-            mode,
-            diagnosis: Diagnosis::new(),
+    pub fn pilot(self, course: &Course, mode: HealthMode, source: MapSource) -> Pilot<HostMapper> {
+        let map = |method| course.map(method, SENSORS as u8);
+        let fills_in = self.memory.applies_to(mode);
+        let memory = (fills_in || mode == HealthMode::Diagnosed).then(|| map(Method::Robust));
+        let maps = PilotMaps {
+            histogram: match source {
+                MapSource::Beams => HistogramSource::Scanner,
+                MapSource::Map(Method::Robust) if memory.is_some() => HistogramSource::Memory,
+                MapSource::Map(method) => HistogramSource::Map(map(method)),
+            },
             memory,
-            remembers,
-            source,
-            map,
-        }
-    }
-
-    /// Decides what to do with what the sensors say at `now`; `given` is what an oracle says of them.
-    pub fn decide(
-        &mut self,
-        glance: &Glance,
-        pose: Pose,
-        goal: Point,
-        now: Ticks,
-        given: Failures,
-    ) -> Decision {
-        let mut glance = glance.clone();
-        let memory = self.memory.as_ref().map(|map| map.recollection(pose));
-        let (mut failures, doubted) = match (self.mode, &memory) {
-            (HealthMode::Given, _) => (given, broken(&given)),
-            (HealthMode::Diagnosed, Some(memory)) => {
-                self.diagnosis.validate(&mut glance, pose, now);
-                self.diagnosis.judge(&glance, memory)
-            }
-            _ => (Failures::NONE, [false; SENSORS]),
+            fills_in,
         };
-        for map in self.memory.iter_mut().chain(&mut self.map) {
-            map.draw(&glance, pose, now, &doubted);
-        }
-        if let (HealthMode::Diagnosed, Some(map)) = (self.mode, &self.memory) {
-            failures = failures.worst(map.failures());
-        }
-        let seen = match memory.as_ref().filter(|_| self.remembers) {
-            Some(memory) => memory.complete(&glance.rangefinders, &glance.scan, &failures),
-            None => Completed {
-                rangefinders: glance.rangefinders,
-                scan: &glance.scan,
-                failures,
-            },
-        };
-        let shown = self.shown().map(|map| map.scan(pose));
-        let command = self.controller.step(&ControlInput {
-            now,
-            pose,
-            goal,
-            rangefinders: seen.rangefinders.map(|what| Stamped { what, at: now }),
-            scan: Stamped {
-                what: shown.as_ref().unwrap_or(seen.scan),
-                at: now,
-            },
-            failures: seen.failures,
-        });
-        Decision { command, failures }
-    }
-
-    /// The map that the histogram is made from, if it is made from one.
-    fn shown(&self) -> Option<&DrawnMap> {
-        match self.source {
-            MapSource::Beams => None,
-            MapSource::Map(_) => self.map.as_ref().or(self.memory.as_ref()),
-        }
-    }
-
-    /// Returns the map that the histogram is made from, if it is made from one.
-    #[must_use]
-    pub fn map(&self) -> Option<&HostMapper> {
-        self.shown().map(DrawnMap::mapper)
+        Pilot::try_new(sensor_model(), self.rules(), maps).expect("maps for seven sensors")
     }
 }
 
@@ -170,44 +213,158 @@ impl Pilot {
 mod tests {
     use super::super::sensors::RobotSensors;
     use super::*;
-    use certainty_control::SpeedLimit;
+    use crate::fault::FaultSpec;
+    use certainty_control::{
+        CrossCheck, Diagnosis, ExpectedScan, FailureSource, Failures, RobotMap, SensorFlags,
+        SensorReadings, SpeedLimit,
+    };
+    use certainty_core::sensor::SensorId;
+    use certainty_core::transducer::Reading;
+    use certainty_core::units::Ticks;
+
+    #[test]
+    fn names_are_read_back_and_others_refused() {
+        for mode in HealthMode::ALL {
+            assert_eq!(mode.name().parse(), Ok(mode));
+        }
+        let error = "Given".parse::<HealthMode>().unwrap_err();
+        let expected = "unknown health mode 'Given': expected given, diagnosed or ignored";
+        assert_eq!(error.to_string(), expected);
+        for memory in Memory::ALL {
+            assert_eq!(memory.name().parse(), Ok(memory));
+        }
+        assert!("".parse::<Memory>().is_err());
+        for name in ["beams", "bayes", "robust", "trimmed", "median"] {
+            let source: MapSource = name.parse().unwrap();
+            assert_eq!(source.to_string(), name);
+        }
+        assert!("".parse::<MapSource>().is_err());
+    }
+
+    #[test]
+    fn a_memory_applies_to_the_robots_it_names() {
+        let applies = |memory: Memory| HealthMode::ALL.map(|mode| memory.applies_to(mode));
+        assert_eq!(applies(Memory::Nobody), [false; 3]);
+        assert_eq!(applies(Memory::Diagnosed), [false, true, false]);
+        assert_eq!(applies(Memory::Everyone), [true; 3]);
+    }
 
     #[test]
     fn bold_rules_need_one_sensor_for_full_speed() {
-        for blame in [Blame::Shared, Blame::Own] {
-            let manner = PilotConfig {
+        for sharing in [FailureSharing::Shared, FailureSharing::Own] {
+            let config = PilotConfig {
                 bold: true,
-                blame,
+                sharing,
                 ..PilotConfig::default()
             };
-            let rules = manner.rules();
+            let rules = config.rules();
             assert_eq!(rules.config().coverage.rangefinders, [Effort::ONE; 6]);
-            assert_eq!(rules.config().blame, blame);
+            assert_eq!(rules.config().sharing, sharing);
         }
         assert_eq!(PilotConfig::default().rules(), ControlRules::DEFAULT);
     }
 
-    /// What a robot that stands at the start decides after a second, with every sensor given as failed
-    /// from then on.
+    /// A robot that stands at the start, with every sensor given as failed after a second.
     #[test]
-    fn a_memory_that_nobody_draws_moves_no_robot() {
+    fn a_map_that_no_sensor_draws_moves_no_robot() {
         let course = Course::built_in();
-        let manner = PilotConfig {
+        let config = PilotConfig {
             memory: Memory::Everyone,
             ..PilotConfig::default()
         };
-        let mut pilot = Pilot::new(&course, manner, HealthMode::Given, MapSource::Beams);
+        let mut pilot = config.pilot(&course, HealthMode::Given, MapSource::Beams);
         let mut sensors = RobotSensors::new(&course.world, &[], 1).unwrap();
-        let mut decide = |ms, given| {
+        let mut step = |ms, given| {
             let now = Ticks::new(ms);
-            let glance = sensors.look(course.start, now);
-            let decision = pilot.decide(&glance, course.start, course.goal, now, given);
-            decision.command
+            let readings = sensors.read(course.start, now);
+            let source = FailureSource::Given(given);
+            let decision = pilot.step(&readings, course.start, course.goal, now, source);
+            decision.command.speed_limit
         };
         for ms in (0..1000).step_by(50) {
-            decide(ms, Failures::NONE);
+            step(ms, Failures::NONE);
         }
-        assert_ne!(decide(1000, Failures::NONE).caution, SpeedLimit::Blind);
-        assert_eq!(decide(1050, Failures::ALL).caution, SpeedLimit::Blind);
+        assert_ne!(step(1000, Failures::NONE), SpeedLimit::Blind);
+        assert_eq!(step(1050, Failures::ALL), SpeedLimit::Blind);
+    }
+
+    /// The sensors found to have failed after each of 200 steps at the start of the built-in course.
+    fn found(faults: &[&str]) -> Vec<SensorFlags> {
+        let faults: Vec<FaultSpec> = faults.iter().map(|fault| fault.parse().unwrap()).collect();
+        let course = Course::built_in();
+        let model = sensor_model();
+        let mut sensors = RobotSensors::new(&course.world, &faults, 1).unwrap();
+        let mut map = course.map(Method::Robust, SENSORS as u8);
+        let check = CrossCheck::try_new(model.check).unwrap();
+        let mut diagnosis = Diagnosis::new(model.validation, check);
+        let steps = (0..10_000).step_by(50).map(|ms| {
+            let now = Ticks::new(ms);
+            let mut readings = sensors.read(course.start, now);
+            let expected = model.expected(&map, course.start);
+            diagnosis.validate(&mut readings, course.start, now);
+            let assessment = diagnosis.assess(&readings, Some(&expected));
+            model.draw(&mut map, &readings, course.start, now, &assessment.excluded);
+            assessment.failures.failed()
+        });
+        steps.collect()
+    }
+
+    #[test]
+    fn no_failure_is_found_while_all_sensors_are_sound() {
+        assert_eq!(found(&[]), vec![SensorFlags::NONE; 200]);
+    }
+
+    /// It contradicts its own earlier readings, which stay in the map as it is not drawn any more.
+    #[test]
+    fn a_scanner_that_goes_blind_is_found_by_its_earlier_echoes() {
+        let found = found(&["stuck-far:scanner@2s"]);
+        let scanner_alone = SensorFlags {
+            scanner: true,
+            ..SensorFlags::NONE
+        };
+        assert_eq!(found[..40], vec![SensorFlags::NONE; 40]);
+        assert_eq!(found[80..], vec![scanner_alone; 120]);
+    }
+
+    /// The map of what a robot at the start of the built-in course reads, and one scan.
+    fn drawn(excluded: &SensorFlags) -> (SensorReadings, HostMapper, ExpectedScan) {
+        let course = Course::built_in();
+        let mut sensors = RobotSensors::new(&course.world, &[], 1).unwrap();
+        let mut map = course.map(Method::Robust, SENSORS as u8);
+        let first = sensors.read(course.start, Ticks::new(0));
+        for step in 0..3 {
+            let now = Ticks::new(50 * step);
+            let readings = sensors.read(course.start, now);
+            sensor_model().draw(&mut map, &readings, course.start, now, excluded);
+        }
+        let expected = sensor_model().expected(&map, course.start);
+        (first, map, expected)
+    }
+
+    #[test]
+    fn drawn_echoes_are_expected_where_they_were_seen() {
+        let (readings, _, expected) = drawn(&SensorFlags::NONE);
+        let mut hits = 0;
+        for (read, shown) in readings.scan.iter().zip(&expected.scan) {
+            // Beyond 3.5 m an echo's spread reaches out of range.
+            if let (Reading::Echo(read), Reading::Echo(shown)) = (read, shown)
+                && read.get() < 3500
+            {
+                hits += 1;
+                // A cell's diagonal and a beam's spread, or another obstacle's edge a cell away.
+                assert!(shown.get() <= read.get() + 250, "{read} {shown}");
+            }
+        }
+        assert!(hits >= 10, "{hits}");
+    }
+
+    #[test]
+    fn excluded_sensors_are_recorded_but_not_drawn() {
+        let (_, map, expected) = drawn(&SensorFlags::ALL);
+        assert_eq!(expected.scan, ExpectedScan::<6>::EMPTY.scan);
+        for slot in 0..SENSORS {
+            let health = map.health_of(SensorId::from_slot(slot).unwrap()).unwrap();
+            assert!(!health.is_stale(), "{slot}");
+        }
     }
 }

@@ -1,31 +1,31 @@
-//! How well a run went: \[004\] eq. 17 to 19.
+//! The quality of a run: \[004\] eq. 17 to 19.
 
-/// One control step, as the quality counts it.
+/// One control step, as the quality rates need it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
-    /// `e_t`: how far the goal is, in metres.
+    /// `e_t`: the distance to the goal, in metres.
     pub distance_m: f64,
     /// `v_t`: the robot's speed, in m/s.
     pub speed_m_s: f64,
 }
 
-/// The quality rates of \[004\] §4; all but the mean speed are better small.
+/// The quality rates of \[004\] §4; smaller is better, except for the mean speed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Quality {
     /// E of eq. 17: Σ e² Δt, in m² s.
     pub error: f64,
     /// S of eq. 18: the standard deviation of the speed, in m/s; 0 for a single step.
     pub speed_deviation: f64,
-    /// s of eq. 19: Σ v Δt, in metres; `None` where the goal was not reached, which \[004\] writes +∞.
+    /// s of eq. 19: Σ v Δt, in metres; `None` if the goal was not reached, for which \[004\] writes +∞.
     pub route_m: Option<f64>,
-    /// T: how long it took, in seconds; `None` where the goal was not reached.
+    /// T: the duration, in seconds; `None` if the goal was not reached.
     pub time_s: Option<f64>,
     /// `v_M`: the mean speed, in m/s.
     pub mean_speed: f64,
 }
 
 impl Quality {
-    /// Rates a run of `samples`, one every `step_s` seconds, that reached its goal or not.
+    /// Rates a run of `samples`, one every `step_s` seconds; `reached` is whether it reached its goal.
     ///
     /// ```
     /// use certainty_sim::robot::quality::{Quality, Sample};

@@ -1,35 +1,33 @@
-//! Six laser rangefinders and a laser scanner: where they sit, how they err, what befalls them.
+//! Six laser rangefinders and a laser scanner: where they sit, their noise, their faults.
 
 use crate::fault::{Fault, FaultSpec, Faulty, SpecError, assign};
 use crate::random::{Purpose, stream};
 use crate::transducer::{Look, PerfectSensor, Sensor};
 use crate::world::World;
 use certainty_control::{
-    BEAMS, CrossCheckConfig, Failure, Failures, PerBeam, PerRangefinder, SENSORS, Views,
-    beam_bearing,
+    BEAMS, CrossCheckConfig, Failure, Failures, Mountings, PerRangefinder, RANGEFINDERS, SENSORS,
+    SensorModel, SensorReadings, beam_bearing,
 };
+use certainty_core::certainty::Certainty;
 use certainty_core::fusion::{BeamConfig, BeamModel, Behind};
 use certainty_core::sensor::SensorId;
-use certainty_core::transducer::Reading;
+use certainty_core::transducer::{Reading, ValidationConfig, ValidationRules};
 use certainty_core::units::{BinaryAngle, Millimeters, Point, Pose, Ticks};
 use fixed::types::U0F16;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use std::sync::Arc;
 
-/// What the sensors are called, in the order of their numbers: front, oblique and side ones, from the
-/// left to the right.
+/// The sensors' names, in the order of their numbers: front, oblique and side ones, from the left to the
+/// right.
 ///
-/// \[004\] names FL alone; the rest is in its manner.
+/// \[004\] names only FL; the others follow its pattern.
 pub const NAMES: [&str; SENSORS] = ["FL", "OL", "SL", "SR", "OR", "FR", "scanner"];
 
-/// The scanner's number.
-pub const SCANNER: SensorId = SensorId::new(7);
-
-/// Shortest distance that any of them tells.
+/// The shortest distance that any of them measures.
 pub const NEAREST: Millimeters = Millimeters::new(30);
 
-/// Longest distance that any of them tells.
+/// The longest distance that any of them measures.
 pub const FARTHEST: Millimeters = Millimeters::new(4000);
 
 /// Standard deviation of a distance, in millimetres.
@@ -37,8 +35,8 @@ const NOISE_MM: f64 = 15.0;
 
 /// Where the rangefinders sit and look, in the robot's frame: [`NAMES`] without the scanner.
 ///
-/// \[004\] Fig. 2 shows them without numbers: all around, most of them ahead. Front and side ones look
-/// into the scanner's field, so that each can check the other.
+/// \[004\] Fig. 2 shows them without numbers: all around, most of them ahead. The front and the oblique ones
+/// look into the scanner's field, so that they and the scanner can be compared.
 #[must_use]
 pub const fn rangefinders() -> PerRangefinder<Pose> {
     const fn at(x: i32, y: i32, degrees: i32) -> Pose {
@@ -60,12 +58,12 @@ pub const SCANNER_POSE: Pose = Pose::new(Point::from_mm(420, 0), BinaryAngle::ZE
 
 /// Returns how a reading is drawn into a map.
 ///
-/// What lies behind an echo is left as it was: it was seen from elsewhere, and a robot that moves would
-/// forget it. The spread is two standard deviations at half the range.
+/// Cells behind an echo are left as they were: they were seen from elsewhere, and a robot that moves would
+/// lose them. The spread is two standard deviations at half the range.
 ///
 /// # Panics
 ///
-/// Never: the parameters are constants that a test tries.
+/// Only if the constants of this file do not fit together, which a test excludes.
 #[must_use]
 pub fn beam_model() -> BeamModel {
     let accuracy = U0F16::from_num(2.0 * NOISE_MM / f64::from(FARTHEST.get() / 2));
@@ -77,33 +75,45 @@ pub fn beam_model() -> BeamModel {
     BeamModel::try_new(config).expect("a range of 4 m")
 }
 
-/// Returns where all of them look, and how far.
+/// Returns where the sensors sit and look, and how far.
 #[must_use]
-pub const fn views() -> Views {
-    Views {
+pub const fn mountings() -> Mountings {
+    Mountings {
         rangefinders: rangefinders(),
         scanner: SCANNER_POSE,
-        rangefinders_see: FARTHEST,
-        scanner_sees: FARTHEST,
+        rangefinder_range: FARTHEST,
+        scanner_range: FARTHEST,
     }
 }
 
-/// Returns what the cross-check is told of the sensors.
+/// Returns what the robot's diagnosis needs to know about the sensors.
+///
+/// With noise of 15 mm two readings are equal to the millimetre once in fifty times, so a distance that
+/// repeats in eight new directions is not a measurement. A jump is half a metre, more than a robot at full
+/// speed explains. A cell stops a ray from half way between *uncertain* and *occupied* on.
+///
+/// # Panics
+///
+/// Only if the constants of this file do not fit together, which a test excludes.
 #[must_use]
-pub const fn cross_check() -> CrossCheckConfig {
-    CrossCheckConfig {
-        views: views(),
-        // Ten standard deviations: what differs by less is no danger.
-        tolerance: Millimeters::new(150),
-        contradiction: 4,
-        agreement: 2,
-        most: 48,
-        credit: 16,
-        unlikely: 12,
+pub fn sensor_model() -> SensorModel {
+    let validation = ValidationConfig {
+        nearest: NEAREST,
+        farthest: FARTHEST,
+        jump: Millimeters::new(500),
+        speed_mm_s: 1000,
+        compare_within: 200,
+        max_repeats: 8,
+    };
+    SensorModel {
+        check: CrossCheckConfig::new(mountings()),
+        validation: ValidationRules::try_new(validation).expect("a range of 4 m, a jump of 0.5 m"),
+        beams: beam_model(),
+        obstacle: Certainty::from_bits(192),
     }
 }
 
-/// A laser that measures with a little noise.
+/// A laser rangefinder with Gaussian noise.
 #[derive(Debug, Clone)]
 pub struct Laser {
     truth: PerfectSensor,
@@ -123,7 +133,7 @@ impl Laser {
 
 impl Sensor for Laser {
     fn sense(&mut self, look: &Look) -> Reading {
-        // Drawn in any case, so that what is there changes no later draw.
+        // Drawn for every reading, so that the scene does not change later draws.
         let normal: f64 = StandardNormal.sample(&mut self.rng);
         match self.truth.sense(look) {
             Reading::Echo(distance) => {
@@ -145,15 +155,6 @@ impl Sensor for Laser {
     }
 }
 
-/// What all sensors say at one time.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Glance {
-    /// The rangefinders'.
-    pub rangefinders: PerRangefinder<Reading>,
-    /// The scanner's.
-    pub scan: PerBeam<Reading>,
-}
-
 /// All sensors of the robot with their faults.
 #[derive(Debug)]
 pub struct RobotSensors {
@@ -165,7 +166,7 @@ impl RobotSensors {
     ///
     /// # Errors
     ///
-    /// [`SpecError`] for a fault of a sensor that is not there.
+    /// [`SpecError`] for a fault of a sensor that does not exist.
     pub fn new(world: &Arc<World>, faults: &[FaultSpec], seed: u64) -> Result<Self, SpecError> {
         let assigned = assign(faults, &NAMES)?;
         let numbered = assigned.into_iter().enumerate();
@@ -179,12 +180,8 @@ impl RobotSensors {
         })
     }
 
-    /// Lets every sensor look from a robot at `robot`.
-    ///
-    /// # Panics
-    ///
-    /// Never: there are seven sensors.
-    pub fn look(&mut self, robot: Pose, at: Ticks) -> Glance {
+    /// Takes a reading of every sensor of a robot at `robot`.
+    pub fn read(&mut self, robot: Pose, at: Ticks) -> SensorReadings {
         let mut sense = |slot: usize, mounting: Pose| {
             let pose = robot.compose(mounting);
             self.sensors[slot].0.sense(&Look {
@@ -193,19 +190,19 @@ impl RobotSensors {
                 at,
             })
         };
-        let mut rangefinders = [Reading::NoObject; SENSORS - 1];
+        let mut rangefinders = [Reading::NoObject; RANGEFINDERS];
         for (slot, mounting) in self::rangefinders().into_iter().enumerate() {
             rangefinders[slot] = sense(slot, mounting);
         }
         let mut scan = [Reading::NoObject; BEAMS];
         for (reading, index) in scan.iter_mut().zip(0_u8..) {
             let beam = Pose::new(Point::ORIGIN, beam_bearing(index));
-            *reading = sense(SENSORS - 1, SCANNER_POSE.compose(beam));
+            *reading = sense(RANGEFINDERS, SCANNER_POSE.compose(beam));
         }
-        Glance { rangefinders, scan }
+        SensorReadings { rangefinders, scan }
     }
 
-    /// Returns which sensors' next reading a fault befalls: what *given* health knows.
+    /// Returns the sensors with a fault in their next reading: the failures of *given* health.
     #[must_use]
     pub fn failures(&self, at: Ticks) -> Failures {
         let failed = |(sensor, faults): &(Faulty<Laser>, Vec<Fault>)| {
@@ -217,11 +214,7 @@ impl RobotSensors {
             }
         };
         let mut failures = Failures::NONE;
-        let all = failures
-            .rangefinders
-            .iter_mut()
-            .chain([&mut failures.scanner]);
-        for (failure, sensor) in all.zip(&self.sensors) {
+        for (failure, sensor) in failures.iter_mut().zip(&self.sensors) {
             *failure = failed(sensor);
         }
         failures
@@ -255,25 +248,24 @@ mod tests {
     }
 
     #[test]
-    fn every_sensor_looks_where_it_says() {
-        let glance = set(&[]).look(Pose::default(), Ticks::new(0));
+    fn every_sensor_looks_where_it_is_mounted() {
+        let readings = set(&[]).read(Pose::default(), Ticks::new(0));
         let near =
             |reading, expected: f64| (millimetres(reading) - expected).abs() < 5.0 * NOISE_MM;
-        assert!(near(glance.scan[50], 2000.0));
-        assert!(near(glance.scan[0], 2000.0 / 50_f64.to_radians().cos()));
-        assert!(near(glance.scan[100], 2000.0 / 50_f64.to_radians().cos()));
+        assert!(near(readings.scan[50], 2000.0));
+        assert!(near(readings.scan[0], 2000.0 / 50_f64.to_radians().cos()));
+        assert!(near(readings.scan[100], 2000.0 / 50_f64.to_radians().cos()));
         assert!(near(
-            glance.rangefinders[0],
+            readings.rangefinders[0],
             2030.0 / 15_f64.to_radians().cos()
         ));
         assert!(near(
-            glance.rangefinders[4],
+            readings.rangefinders[4],
             2110.0 / 45_f64.to_radians().cos()
         ));
-        assert_eq!(glance.rangefinders[2..4], [Reading::NoObject; 2]);
+        assert_eq!(readings.rangefinders[2..4], [Reading::NoObject; 2]);
     }
 
-    /// PEERS: two sonars at 0° and 90° were inserted along the same direction.
     #[test]
     fn rangefinders_mirror_each_other_and_look_apart() {
         let poses = rangefinders();
@@ -287,14 +279,14 @@ mod tests {
                     .all(|before| before.heading != pose.heading)
             );
         }
-        assert_eq!(beam_model().config().farthest, FARTHEST);
+        assert_eq!(sensor_model().beams.config().farthest, FARTHEST);
     }
 
     #[test]
-    fn faults_befall_who_they_name_when_they_say() {
+    fn faults_affect_the_named_sensor_at_their_time() {
         let mut sensors = set(&["stuck-far:FL@5s", "dropout:scanner=100%"]);
         let at = Ticks::new;
-        let before = sensors.look(Pose::default(), at(0));
+        let before = sensors.read(Pose::default(), at(0));
         assert!(matches!(before.rangefinders[0], Reading::Echo(_)));
         assert!(
             before
@@ -305,13 +297,13 @@ mod tests {
         assert_eq!(sensors.failures(at(4999)).rangefinders[0], Failure::NONE);
         assert_eq!(sensors.failures(at(5000)).rangefinders[0], Failure::TOTAL);
         assert_eq!(sensors.failures(at(0)).scanner, Failure::TOTAL);
-        let after = sensors.look(Pose::default(), at(5000));
+        let after = sensors.read(Pose::default(), at(5000));
         assert_eq!(after.rangefinders[0], Reading::NoObject);
         assert!(matches!(after.rangefinders[5], Reading::Echo(_)));
     }
 
     #[test]
-    fn a_sensor_that_is_not_there_has_no_fault() {
+    fn a_fault_of_an_unknown_sensor_is_refused() {
         let spec: FaultSpec = "stuck-far:XX".parse().unwrap();
         assert!(RobotSensors::new(&wall(), &[spec], 1).is_err());
     }

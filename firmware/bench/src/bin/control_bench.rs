@@ -7,7 +7,7 @@
 
 use certainty_control::{
     BEAMS, ControlInput, ControlRules, Controller, CrossCheck, CrossCheckConfig, ExpectedScan,
-    Failures, PerBeam, PerRangefinder, Side, SpeedLimit, Stamped, Verdict, Views,
+    Failures, Mountings, PerBeam, PerRangefinder, Side, SpeedLimit, Stamped, Verdict,
 };
 use certainty_core::certainty::Certainty;
 use certainty_core::fusion::{
@@ -37,7 +37,7 @@ const fn pose(x: i32, y: i32, degrees: i32) -> Pose {
 }
 
 /// Sensors as on the simulator's robot.
-const VIEWS: Views = Views {
+const VIEWS: Mountings = Mountings {
     rangefinders: [
         pose(390, 170, 15),
         pose(310, 240, 45),
@@ -47,21 +47,12 @@ const VIEWS: Views = Views {
         pose(390, -170, -15),
     ],
     scanner: pose(420, 0, 0),
-    rangefinders_see: Millimeters::new(4000),
-    scanner_sees: Millimeters::new(4000),
+    rangefinder_range: Millimeters::new(4000),
+    scanner_range: Millimeters::new(4000),
 };
 
 const CHECK: CrossCheck = {
-    let config = CrossCheckConfig {
-        views: VIEWS,
-        tolerance: Millimeters::new(150),
-        contradiction: 4,
-        agreement: 2,
-        most: 48,
-        credit: 16,
-        unlikely: 12,
-    };
-    match CrossCheck::try_new(config) {
+    match CrossCheck::try_new(CrossCheckConfig::new(VIEWS)) {
         Ok(check) => check,
         Err(_) => panic!("no such check"),
     }
@@ -131,7 +122,7 @@ fn measure_memory(
         return;
     };
     let (nothing, ()) = ticks(clock, || ());
-    let mut memory = ExpectedScan::NOTHING;
+    let mut memory = ExpectedScan::EMPTY;
     let (remembering, ()) = ticks(clock, || {
         let map = Environment::new(&grid, &[]);
         let obstacle = Certainty::from_bits(192);
@@ -184,7 +175,7 @@ fn measure(clock: &mut SYST, name: &str, scan: &PerBeam<Reading>, near: &PerRang
         failures,
     };
     let (stepping, command) = ticks(clock, || controller.step(&situation(failures)));
-    let caution = match command.caution {
+    let caution = match command.speed_limit {
         SpeedLimit::None => "none",
         SpeedLimit::NoWay => "no way",
         SpeedLimit::Arrived | SpeedLimit::Slowed | SpeedLimit::Blind => "held back",

@@ -121,7 +121,7 @@ impl<B: Board> Drive<B> {
             rangers,
         };
         let command = seen.step(&mut self.controller, map);
-        self.decided = Some((command.wheels, command.caution.into()));
+        self.decided = Some((command.wheels, command.speed_limit.into()));
     }
 
     /// Tells the motors to stand, later than it should.

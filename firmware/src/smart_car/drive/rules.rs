@@ -3,8 +3,8 @@
 use super::odometer::CHASSIS;
 use crate::smart_car::FARTHEST;
 use certainty_control::{
-    Blame, ControlConfig, ControlRules, Corner, CoverageConfig, Effort, HistogramConfig, Limits,
-    Mounting, Ramp, Threshold, Weights,
+    ControlConfig, ControlRules, Corner, CoverageConfig, Effort, FailureSharing, HistogramConfig,
+    Limits, Ramp, Weights,
 };
 use certainty_core::certainty::Certainty;
 use certainty_core::units::{Millimeters, Point};
@@ -36,7 +36,7 @@ const HALF_CELL_MM: u32 = 50;
 ///   cell beyond the outline.
 /// - Four of the six rangefinders of \[004\] are not there and are looked up in the map
 ///   (at 60° and 90°), so that the car does not turn into what it is passing. They cover nothing that the
-///   map does not, and fail with it. So [`Blame::Own`]: no sense is a reason to doubt the others.
+///   map does not, and fail with it. So [`FailureSharing::Own`]: no sense is a reason to doubt the others.
 /// - The map covers four fifths of what lies ahead and each ranger a tenth. At least three fifths must be seen:
 ///   one head or both rangers may be gone, but not two heads of three, whose word would then be one against
 ///   none. So the car stands as soon as the map is believed by less than a half, from where on the
@@ -49,13 +49,10 @@ pub static CONTROL: ControlRules = {
     let config = ControlConfig {
         braitenberg: default.braitenberg,
         rangefinder_default: Millimeters::new(300),
-        outlook: Mounting::Level,
         histogram: HistogramConfig {
             default: Millimeters::new(600),
             safe: Millimeters::new(CHASSIS.radius_mm),
         },
-        threshold: Threshold::new(140),
-        commitment: default.commitment,
         weights: Weights {
             braitenberg: ramp([(150, 16), (250, 12), (400, 6), (600, 0)]),
             histogram: ramp([(150, 16), (300, 20), (600, 16), (800, 8)]),
@@ -67,7 +64,7 @@ pub static CONTROL: ControlRules = {
                 (600, 16),
             ]),
         },
-        blame: Blame::Own,
+        sharing: FailureSharing::Own,
         coverage: CoverageConfig {
             rangefinders: [ahead, none, none, none, none, ahead],
             scanner: Effort::lit("0.8"),

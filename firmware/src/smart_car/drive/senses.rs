@@ -92,7 +92,7 @@ impl ControlInputs<'_> {
             } else {
                 Failure::of_health(health)
             };
-            sum.saturating_add(failure.part())
+            sum + failure.part()
         });
         let mean = sum.checked_div_int(HEADS.into()).unwrap_or(Effort::ONE);
         let [right, left] = self.rangers.map(|ranger| Failure::of_health(ranger.health));
@@ -230,7 +230,7 @@ mod tests {
             let map = Environment::new(&grid, &[]);
             let mut scan = [Reading::NoObject; BEAMS];
             look_ahead(&mut scan, &map, POSE);
-            let whole = scan_of_map(&map, POSE, SIGHT, OBSTACLE);
+            let whole: PerBeam<Reading> = scan_of_map(&map, POSE, SIGHT, OBSTACLE);
             for (index, (seen, exact)) in scan.into_iter().zip(whole).enumerate() {
                 let neighbours = whole.iter().skip(index.saturating_sub(1)).take(3);
                 let near = neighbours.copied().any(|reading| reading == seen);

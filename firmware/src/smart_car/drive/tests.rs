@@ -329,7 +329,7 @@ fn at_its_goal_it_stands() {
 #[test]
 fn it_never_drives_into_a_map_that_it_half_believes() {
     for part in 0..=64 {
-        let failed = Failure::new_saturating(Effort::from_num(part) / 64);
+        let failed = Failure::new_saturating(Effort::from_num(f64::from(part) / 64.0));
         let mut controller = Controller::new(&CONTROL, Side::Left);
         let near = Reading::Echo(Millimeters::new(120));
         let scan = [near; BEAMS];

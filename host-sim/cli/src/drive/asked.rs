@@ -31,7 +31,7 @@ pub(super) fn asked(arguments: &Arguments) -> Result<Drive, Failure> {
         faults: faults(arguments)?,
         health: arguments.health,
         map: arguments.map,
-        manner: super::manner(arguments),
+        pilot: super::pilot(arguments),
         seed: arguments.seed,
     };
     check_start(&drive, file)?;
@@ -89,7 +89,7 @@ fn check_start(drive: &Drive, file: Option<&Path>) -> Result<(), Failure> {
 /// Refuses a goal that no drive can tell anything about.
 fn check_goal(drive: &Drive, file: Option<&Path>) -> Result<(), Failure> {
     let course = &drive.course;
-    let rules = drive.manner.rules();
+    let rules = drive.pilot.rules();
     let radius = rules.config().goal_radius.get();
     let full_speed = rules.config().limits.full_speed_mm_s;
     let refused = |why: &str| {

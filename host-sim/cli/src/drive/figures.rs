@@ -3,7 +3,7 @@
 use super::super::outlines::{self, at};
 use certainty_sim::export::{ExportError, OutDir};
 use certainty_sim::plot::{Axis, Line, LineChart, Span, Spot, TrackChart};
-use certainty_sim::robot::drive::{Happening, Step};
+use certainty_sim::robot::drive::{EventKind, Step};
 use certainty_sim::robot::sensors::NAMES;
 use certainty_sim::robot::{Drive, Outcome};
 
@@ -88,7 +88,7 @@ fn track(drive: &Drive, outcome: &Outcome) -> TrackChart {
     let course = &drive.course;
     let mut way = vec![at(course.start.at)];
     way.extend(outcome.steps.iter().map(|step| at(step.pose.at)));
-    let rules = drive.manner.rules();
+    let rules = drive.pilot.rules();
     let radius_m = f64::from(rules.config().goal_radius.get()) / 1000.0;
     let map = outcome.map.as_ref();
     let cells = map.map(|(geometry, cells)| outlines::of_map(geometry, cells));
@@ -110,13 +110,13 @@ fn faults(outcome: &Outcome) -> Vec<Span> {
     let end = outcome.steps.last().map_or(0.0, |step| step.time_s);
     let mut times: Vec<(f64, f64, Vec<&str>)> = Vec::new();
     for (number, event) in outcome.events.iter().enumerate() {
-        let Happening::FaultBegan(name) = event.what else {
+        let EventKind::FaultBegan(name) = event.what else {
             continue;
         };
         let later = &outcome.events[number..];
         let over = later
             .iter()
-            .find(|event| event.what == Happening::FaultEnded(name));
+            .find(|event| event.what == EventKind::FaultEnded(name));
         let (from, to) = (event.time_s, over.map_or(end, |event| event.time_s));
         match times.iter_mut().find(|time| (time.0, time.1) == (from, to)) {
             Some((_, _, names)) => names.push(name),

@@ -8,7 +8,7 @@ mod told;
 use super::jobs::Jobs;
 use super::or_none::{Name, OrNone};
 use super::{Failure, output};
-use certainty_control::Blame;
+use certainty_control::FailureSharing;
 use certainty_core::units::Point;
 use certainty_sim::export::OutDir;
 use certainty_sim::fault::FaultSpec;
@@ -63,7 +63,7 @@ pub(super) struct Arguments {
     map: MapSource,
     /// What a failed rangefinder does to the others: [004] eq. 14, or nothing
     #[arg(long, value_name = "shared|own", default_value = "shared", value_parser = blame)]
-    blame: Blame,
+    blame: FailureSharing,
     /// Who remembers in a robust grid what sensors saw that are believed, and goes by that where they
     /// see nothing now: nobody as in [004], a robot that finds out itself what has failed, or every robot
     #[arg(
@@ -114,10 +114,10 @@ fn place(text: &str) -> Result<Point, String> {
     Ok(Point::from_mm(length(x)?.get(), length(y)?.get()))
 }
 
-fn blame(text: &str) -> Result<Blame, String> {
+fn blame(text: &str) -> Result<FailureSharing, String> {
     match text {
-        "shared" => Ok(Blame::Shared),
-        "own" => Ok(Blame::Own),
+        "shared" => Ok(FailureSharing::Shared),
+        "own" => Ok(FailureSharing::Own),
         _ => Err("write shared or own".into()),
     }
 }
@@ -145,17 +145,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
 }
 
-const fn blame_name(blame: Blame) -> &'static str {
+const fn blame_name(blame: FailureSharing) -> &'static str {
     match blame {
-        Blame::Shared => "shared",
-        Blame::Own => "own",
+        FailureSharing::Shared => "shared",
+        FailureSharing::Own => "own",
     }
 }
 
-const fn manner(arguments: &Arguments) -> PilotConfig {
+const fn pilot(arguments: &Arguments) -> PilotConfig {
     PilotConfig {
         bold: arguments.bold,
-        blame: arguments.blame,
+        sharing: arguments.blame,
         memory: arguments.memory,
     }
 }

@@ -32,7 +32,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         seed: arguments.seed,
         worlds: arguments.worlds,
         map: arguments.map,
-        manner: super::manner(arguments),
+        pilot: super::pilot(arguments),
     };
     let (simulations, failures) = (Study::simulations(), Study::failures());
     let bar = progress::bar("drives", (simulations.len() + failures.len()) as u64);
@@ -54,8 +54,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         seed: study.seed,
         worlds: study.worlds,
         map: study.map.to_string(),
-        blame: super::blame_name(study.manner.blame),
-        memory: study.manner.memory.name(),
+        blame: super::blame_name(study.pilot.sharing),
+        memory: study.pilot.memory.name(),
         simulations: simulations.iter().map(of_case).collect(),
         failures: groups(&failures),
         by_sensors: failures.iter().map(of_case).collect(),

@@ -28,8 +28,8 @@ fn header(drive: &Drive) -> String {
     } else {
         faults.join(" ")
     };
-    let manner = drive.manner;
-    let idle = manner.memory != Memory::Nobody && !manner.memory.serves(drive.health);
+    let manner = drive.pilot;
+    let idle = manner.memory != Memory::Nobody && !manner.memory.applies_to(drive.health);
     let memory = if idle {
         " (not used by this robot)"
     } else {
@@ -49,7 +49,7 @@ fn header(drive: &Drive) -> String {
         drive.seed,
         drive.health,
         manner.memory.name(),
-        super::blame_name(manner.blame),
+        super::blame_name(manner.sharing),
         drive.map,
     )
 }
@@ -62,7 +62,7 @@ fn happened(events: &[Event]) -> String {
         "truth is what the simulator knows; robot is what the robot believes and does\n",
     );
     for event in events.iter().take(MOST) {
-        let voice = match event.what.voice() {
+        let voice = match event.what.source() {
             EventSource::Truth => "truth",
             EventSource::Robot => "robot",
         };
@@ -108,14 +108,14 @@ fn rated(outcome: &Outcome) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use certainty_sim::robot::drive::Happening;
+    use certainty_sim::robot::drive::EventKind;
     use certainty_sim::robot::{Course, HealthMode};
     use certainty_sim::world::World;
 
     #[test]
     fn the_header_says_all_that_was_chosen() {
         let mut drive = Drive::new(Course::built_in(), HealthMode::Given, 4);
-        drive.manner.bold = true;
+        drive.pilot.bold = true;
         let text = header(&drive);
         for part in [
             "goal: 10000mm,0mm   seed: 4",
@@ -144,8 +144,8 @@ mod tests {
     fn the_truth_and_what_the_robot_believes_are_told_apart() {
         let event = |what| Event { time_s: 5.0, what };
         let text = happened(&[
-            event(Happening::FaultBegan("FL")),
-            event(Happening::Distrusted("FL")),
+            event(EventKind::FaultBegan("FL")),
+            event(EventKind::Distrusted("FL")),
         ]);
         let lines: Vec<&str> = text.lines().skip(1).collect();
         let expected = [
@@ -154,7 +154,7 @@ mod tests {
             "",
         ];
         assert_eq!(lines, expected);
-        let many = happened(&[event(Happening::Collision); 31]);
+        let many = happened(&[event(EventKind::Collision); 31]);
         assert!(many.contains("and 1 more"));
     }
 }

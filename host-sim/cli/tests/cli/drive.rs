@@ -2,7 +2,7 @@
 
 use crate::support::program::command;
 use certainty_repro::drive_study::{Case, Study, Trial};
-use certainty_sim::robot::drive::{Event, Happening};
+use certainty_sim::robot::drive::{Event, EventKind};
 use certainty_sim::robot::{Course, Drive, HealthMode, MapSource, Memory, PilotConfig};
 use certainty_tests::process::{Ran, keys, run};
 use core::time::Duration;
@@ -186,9 +186,9 @@ fn bad_input_is_one_line_that_says_what_to_do() {
             "inside an obstacle of ahead.toml",
         ),
         ("--fault stuck", "names no sensor"),
-        ("--health known", "use given, diagnosed or ignored"),
-        ("--map grid", "use beams, bayes"),
-        ("--memory me", "use nobody, diagnosed or everyone"),
+        ("--health known", "expected given, diagnosed or ignored"),
+        ("--map grid", "expected beams, bayes"),
+        ("--memory me", "expected nobody, diagnosed or everyone"),
         ("--goal 10,0", "has no unit"),
         ("--world inside.toml", "inside.toml: the robot"),
         (
@@ -329,7 +329,7 @@ fn trials(case: &Case, memory: Memory, worlds: u32) -> Vec<Trial> {
         seed: 7001,
         worlds,
         map: MapSource::Beams,
-        manner: PilotConfig {
+        pilot: PilotConfig {
             memory,
             ..PilotConfig::default()
         },
@@ -478,11 +478,11 @@ fn while_all_are_sound_hardly_any_run_accuses_anybody() {
             faults: Vec::new(),
             health: HealthMode::Diagnosed,
             map: MapSource::Beams,
-            manner: PilotConfig::default(),
+            pilot: PilotConfig::default(),
             seed,
         };
         let outcome = drive.run().unwrap();
-        let accuses = |event: &Event| matches!(event.what, Happening::Distrusted(_));
+        let accuses = |event: &Event| matches!(event.what, EventKind::Distrusted(_));
         accusing += u32::from(outcome.events.iter().any(accuses));
     }
     assert!(accusing <= 6, "{accusing} of 20");
