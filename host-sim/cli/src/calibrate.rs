@@ -1,7 +1,9 @@
-//! `certainty calibrate`: sensors' characteristics from measured bytes, and what errors are left.
+//! `certainty calibrate`: sensors' characteristics from measured bytes, and the remaining errors.
 
+use super::failure::Failure;
+use super::options::OutputOptions;
+use super::output::{self, Report};
 use super::table::{row, table};
-use super::{Failure, output};
 use certainty_core::units::Millimeters;
 use certainty_sim::calibration::{
     Assessment, Spread, error_histogram, error_over_distance, load, typical,
@@ -11,56 +13,52 @@ use certainty_sim::quantity::{self, Excerpt};
 use certainty_sim::transducer::{GP2D02_UNITS, MeasuredUnit};
 use clap::Args;
 use serde::Serialize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-/// What the calibration is asked.
+/// The options of `certainty calibrate`.
 #[derive(Debug, Args)]
+#[command(mut_arg("out", |out| out.help("Folder for the charts")))]
 pub(super) struct Arguments {
-    /// Measured points: CSV with the header `dist_cm,NAME,NAME…` or `distance_mm,raw` [default: the
-    /// sixteen real GP2D02 that come with the program]
+    /// Measured points: CSV with the header `dist_cm,NAME,NAME…` or `distance_mm,raw` [default: sixteen
+    /// real GP2D02, part of the program]
     file: Option<PathBuf>,
-    /// The shortest distance that counts
+    /// Shortest distance that is fitted
     #[arg(long, value_name = "LENGTH", default_value = "100mm", value_parser = quantity::length, allow_hyphen_values = true)]
     nearest: Millimeters,
-    /// The longest distance that counts
+    /// Longest distance that is fitted
     #[arg(long, value_name = "LENGTH", default_value = "800mm", value_parser = quantity::length, allow_hyphen_values = true)]
     farthest: Millimeters,
-    /// Where the charts go
-    #[arg(long, value_name = "DIR", default_value = "out")]
-    out: PathBuf,
-    /// Print one JSON document instead
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    output: OutputOptions,
 }
 
 /// Calibrates every unit, draws and reports.
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if arguments.nearest >= arguments.farthest {
         return Err(Failure::Input(format!(
-            "--nearest {} is not below --farthest {}; choose a range such as 100mm to 800mm",
+            "--nearest {} is not below --farthest {}: expected a range such as 100mm to 800mm",
             arguments.nearest, arguments.farthest
         )));
     }
-    output::check_listable(arguments.json, &arguments.out)?;
-    let units = arguments.assessed()?;
-    let out = OutDir::create(&arguments.out).map_err(|error| Failure::input(&error))?;
-    let files = draw(&units, &out)?;
-    if arguments.json {
-        output::print_json(&Report::new(arguments, &units, &files))
-    } else {
-        output::print(&told(&units, &arguments.out))
-    }
+    arguments.output.check()?;
+    let units = arguments.assess()?;
+    let files = draw(&units, &arguments.output.create()?)?;
+    arguments.output.print(&Calibration {
+        arguments,
+        units,
+        files,
+    })
 }
 
 impl Arguments {
-    fn assessed(&self) -> Result<Vec<Assessment>, Failure> {
+    fn assess(&self) -> Result<Vec<Assessment>, Failure> {
         let units = match &self.file {
             Some(file) => load(file).map_err(|error| Failure::input(&error))?,
             None => MeasuredUnit::parse(GP2D02_UNITS)
                 .map_err(|error| Failure::Internal(error.to_string()))?,
         };
-        let assessed = |unit| Assessment::of(unit, self.nearest, self.farthest);
-        let units: Result<_, _> = units.iter().map(assessed).collect();
+        let assess = |unit| Assessment::of(unit, self.nearest, self.farthest);
+        let units: Result<_, _> = units.iter().map(assess).collect();
         units.map_err(|error| match &self.file {
             Some(file) => Failure::Input(format!("{}: {error}", file.display())),
             None => Failure::Input(format!("the shipped units: {error}")),
@@ -68,7 +66,7 @@ impl Arguments {
     }
 }
 
-/// Writes [001] Fig. 6 and the errors over the distance, of three units at most.
+/// Writes [001] Fig. 6 and the errors over the distance, of at most three units.
 fn draw(units: &[Assessment], out: &OutDir) -> Result<Vec<PathBuf>, Failure> {
     let units = typical(units);
     let histogram = error_histogram(&units).write(out, "calibrate-errors");
@@ -77,9 +75,16 @@ fn draw(units: &[Assessment], out: &OutDir) -> Result<Vec<PathBuf>, Failure> {
     files.map_err(|error| Failure::input(&error))
 }
 
+/// The calibrated units and the charts.
+struct Calibration<'a> {
+    arguments: &'a Arguments,
+    units: Vec<Assessment>,
+    files: Vec<PathBuf>,
+}
+
 /// The report as JSON; its fields are a contract.
 #[derive(Debug, Serialize)]
-struct Report<'a> {
+struct Document<'a> {
     /// The table; null for the shipped units.
     file: Option<String>,
     nearest_mm: u32,
@@ -99,15 +104,15 @@ struct UnitReport<'a> {
     c: f64,
     rms_counts: f64,
     worst_counts: f64,
-    /// How many points were within the range, and fitted.
+    /// Points within the range, which are fitted.
     points: usize,
-    /// How many were outside and count for nothing.
+    /// Points outside the range.
     ignored: usize,
-    /// The calibrated reading less the true distance; null where no point reads as a distance.
+    /// The calibrated reading less the true distance; null if no point reads as a distance.
     error_mm: Option<SpreadReport>,
     /// The same as a percentage of the true distance.
     error_percent: Option<SpreadReport>,
-    /// How many points within the range read as too near or as no object once calibrated.
+    /// Points within the range that read as too near or as no object after calibration.
     out_of_range: usize,
 }
 
@@ -129,9 +134,9 @@ impl From<Spread> for SpreadReport {
     }
 }
 
-impl<'a> Report<'a> {
-    fn new(arguments: &Arguments, units: &'a [Assessment], files: &[PathBuf]) -> Self {
-        let unit = |unit: &'a Assessment| UnitReport {
+impl<'a> From<&'a Assessment> for UnitReport<'a> {
+    fn from(unit: &'a Assessment) -> Self {
+        Self {
             name: unit.name(),
             a: unit.fit().slope(),
             b_mm: unit.fit().offset().get(),
@@ -143,61 +148,67 @@ impl<'a> Report<'a> {
             error_mm: unit.error_mm().map(SpreadReport::from),
             error_percent: unit.error_percent().map(SpreadReport::from),
             out_of_range: unit.out_of_range(),
-        };
-        let file = arguments.file.as_ref();
-        Self {
-            file: file.map(|file| file.to_string_lossy().into_owned()),
-            nearest_mm: arguments.nearest.get(),
-            farthest_mm: arguments.farthest.get(),
-            units: units.iter().map(unit).collect(),
-            files: output::listed(files),
         }
     }
 }
 
-/// The report for people.
-fn told(units: &[Assessment], out: &Path) -> String {
-    let mut text = "raw = a / (d + b) + c, d the distance; error: the calibrated reading less the \
-                    true distance\n\n"
-        .to_owned();
-    let mut rows = vec![
-        row([
-            "unit", "a", "b", "c", "rms", "max", "points", "mean", "sd", "worst", "sd", "lost",
-        ]),
-        row([
-            "", "count mm", "mm", "counts", "counts", "counts", "", "mm", "mm", "mm", "%", "",
-        ]),
-    ];
-    rows.extend(units.iter().map(|unit| {
-        let fit = unit.fit();
-        let shown = |spread: Option<f64>| spread.map_or_else(|| "-".into(), |v| format!("{v:.1}"));
-        let (mm, percent) = (unit.error_mm(), unit.error_percent());
-        vec![
-            Excerpt::new(unit.name()).to_string(),
-            format!("{:.0}", fit.slope()),
-            fit.offset().get().to_string(),
-            format!("{:.2}", fit.floor()),
-            format!("{:.2}", fit.rms()),
-            format!("{:.2}", fit.worst()),
-            unit.points().to_string(),
-            shown(mm.map(|spread| spread.mean)),
-            shown(mm.map(|spread| spread.sd)),
-            shown(mm.map(|spread| spread.worst)),
-            shown(percent.map(|spread| spread.sd)),
-            unit.out_of_range().to_string(),
-        ]
-    }));
-    text += &table(&rows);
-    text += "\nrms and max: of the fit; mean, sd and worst: of the distance; lost: points that read as \
-             too near or as no object.\n";
-    text += &format!(
-        "Charts in {}: calibrate-errors and calibrate-over-distance, .png and .svg, of {}.\n",
-        shown(out),
-        if units.len() > 3 {
-            "the units with the least, the middle and the largest sd"
-        } else {
-            "every unit"
+impl Report for Calibration<'_> {
+    fn document(&self) -> impl Serialize {
+        let file = self.arguments.file.as_ref();
+        Document {
+            file: file.map(|file| file.to_string_lossy().into_owned()),
+            nearest_mm: self.arguments.nearest.get(),
+            farthest_mm: self.arguments.farthest.get(),
+            units: self.units.iter().map(UnitReport::from).collect(),
+            files: output::listed(&self.files),
         }
-    );
-    text
+    }
+
+    fn render(&self) -> String {
+        let mut text =
+            "raw = a / (d + b) + c, d the distance; error: the calibrated reading less the \
+                    true distance\n\n"
+                .to_owned();
+        let mut rows = vec![
+            row([
+                "unit", "a", "b", "c", "rms", "max", "points", "mean", "sd", "worst", "sd", "lost",
+            ]),
+            row([
+                "", "count mm", "mm", "counts", "counts", "counts", "", "mm", "mm", "mm", "%", "",
+            ]),
+        ];
+        rows.extend(self.units.iter().map(|unit| {
+            let fit = unit.fit();
+            let shown =
+                |spread: Option<f64>| spread.map_or_else(|| "-".into(), |v| format!("{v:.1}"));
+            let (mm, percent) = (unit.error_mm(), unit.error_percent());
+            vec![
+                Excerpt::new(unit.name()).to_string(),
+                format!("{:.0}", fit.slope()),
+                fit.offset().get().to_string(),
+                format!("{:.2}", fit.floor()),
+                format!("{:.2}", fit.rms()),
+                format!("{:.2}", fit.worst()),
+                unit.points().to_string(),
+                shown(mm.map(|spread| spread.mean)),
+                shown(mm.map(|spread| spread.sd)),
+                shown(mm.map(|spread| spread.worst)),
+                shown(percent.map(|spread| spread.sd)),
+                unit.out_of_range().to_string(),
+            ]
+        }));
+        text += &table(&rows);
+        text += "\nrms and max: of the fit; mean, sd and worst: of the distance; lost: points that read as \
+             too near or as no object.\n";
+        text += &format!(
+            "Charts in {}: calibrate-errors and calibrate-over-distance, .png and .svg, of {}.\n",
+            shown(&self.arguments.output.out),
+            if self.units.len() > 3 {
+                "the units with the least, the middle and the largest sd"
+            } else {
+                "every unit"
+            }
+        );
+        text
+    }
 }

@@ -1,9 +1,9 @@
 //! `certainty campaign`: every method against every fault.
 
-use super::jobs::Jobs;
-use super::simulate::percent;
-use super::table::{row, table};
-use super::{Failure, output, progress};
+use super::failure::Failure;
+use super::options::{CommonOptions, Jobs, named};
+use super::output::{self, Report, progress};
+use super::table::{percent, row, table};
 use certainty_repro::campaign::{Campaign, CampaignError, Row, Selection};
 use certainty_repro::{Estimate, Waits, standard_deviation};
 use certainty_sim::export::{ExportError, OutDir, shown};
@@ -13,42 +13,32 @@ use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// What the campaign is asked.
+/// The options of `certainty campaign`.
 #[derive(Debug, Args)]
+#[command(
+    mut_arg("seed", |seed| seed.help("Seed of the first world; the others follow it")),
+    mut_arg("json", |json| json.conflicts_with("csv")),
+    mut_arg("out", |out| out
+        .help("Folder for the charts of the summary")
+        .conflicts_with_all(["json", "csv"]))
+)]
 pub(super) struct Arguments {
-    /// Which scenarios: a TOML file that selects a part; without it, all of them
+    /// TOML file that selects a part of the scenarios; without it, all of them
     #[arg(long, value_name = "FILE")]
     scenarios: Option<PathBuf>,
-    /// How many worlds a scenario is run in
+    /// Number of worlds of every scenario
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     seeds: u64,
-    /// The seed of the first world; the others follow it
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 1,
-        allow_hyphen_values = true
-    )]
-    seed: u64,
-    /// The numbers of the robust method
-    #[arg(long, value_name = "shipped|letter|coarse", default_value = "shipped")]
+    /// Rules of the robust method
+    #[arg(long, value_name = "RULES", default_value = "shipped", value_parser = named(Rules::ALL, Rules::name))]
     rules: Rules,
     #[command(flatten)]
     jobs: Jobs,
-    /// Print one JSON document instead of a summary
-    #[arg(long, conflicts_with = "csv")]
-    json: bool,
-    /// Write every row to this file, going on where it stopped
+    /// Append every row to this file, after the scenarios that it has
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
-    /// Where the charts of the summary go
-    #[arg(
-        long,
-        value_name = "DIR",
-        default_value = "out",
-        conflicts_with_all = ["json", "csv"]
-    )]
-    out: PathBuf,
+    #[command(flatten)]
+    common: CommonOptions,
 }
 
 /// Runs the campaign and reports.
@@ -57,29 +47,27 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Some(file) => Selection::load(file).map_err(|error| Failure::input(&error))?,
         None => Selection::default(),
     };
-    let Arguments {
-        seed, seeds, rules, ..
-    } = *arguments;
-    let campaign = Campaign::new(selection, seed, seeds, rules.fusion());
+    let rules = arguments.rules.fusion();
+    let campaign = Campaign::new(selection, arguments.common.seed, arguments.seeds, rules);
     arguments.jobs.run(|| match &arguments.csv {
-        Some(path) => into_file(&campaign, path),
-        None => to_stdout(&campaign, arguments),
+        Some(path) => append(&campaign, path),
+        None => print(&campaign, arguments),
     })?
 }
 
-/// Writes what is missing of the file.
-fn into_file(campaign: &Campaign, path: &Path) -> Result<(), Failure> {
+/// Appends the missing scenarios to the file.
+fn append(campaign: &Campaign, path: &Path) -> Result<(), Failure> {
     let mut journal = campaign
         .journal(path)
         .map_err(|error| Failure::input(&error))?;
     let (all, before) = (campaign.scenarios().len(), journal.finished());
     if journal.dropped() > 0 {
         output::note(&format!(
-            "{}: left in the middle of a scenario; going on after the {before} that are whole",
+            "{}: unfinished; continued after {before} complete scenarios",
             shown(path)
         ));
     }
-    let bar = progress::bar("scenarios", all as u64);
+    let bar = progress("scenarios", all as u64);
     bar.set_position(before as u64);
     bar.reset_eta();
     campaign
@@ -93,19 +81,10 @@ fn into_file(campaign: &Campaign, path: &Path) -> Result<(), Failure> {
     ))
 }
 
-/// The report as JSON; its fields are a contract.
-#[derive(Debug, Serialize)]
-struct Report {
-    seed: u64,
-    seeds: u64,
-    rules: &'static str,
-    scenarios: usize,
-    rows: Vec<Row>,
-}
-
-fn to_stdout(campaign: &Campaign, arguments: &Arguments) -> Result<(), Failure> {
+/// Runs every scenario and prints the rows, or draws and prints their summary.
+fn print(campaign: &Campaign, arguments: &Arguments) -> Result<(), Failure> {
     let scenarios = campaign.scenarios().len();
-    let bar = progress::bar("scenarios", scenarios as u64);
+    let bar = progress("scenarios", scenarios as u64);
     let mut rows = Vec::new();
     campaign
         .run(0, |more| {
@@ -115,30 +94,35 @@ fn to_stdout(campaign: &Campaign, arguments: &Arguments) -> Result<(), Failure> 
         })
         .map_err(failure)?;
     bar.finish_and_clear();
-    if arguments.json {
-        return output::print_json(&Report {
-            seed: arguments.seed,
-            seeds: arguments.seeds,
-            rules: arguments.rules.name(),
-            scenarios,
-            rows,
-        });
+    let summary = Summary::of(arguments, scenarios, &rows);
+    if !arguments.common.output.is_json() {
+        let out = arguments.common.output.create()?;
+        summary.draw(&out).map_err(|error| Failure::input(&error))?;
     }
-    let summary = Summary::of(&rows);
-    let out = OutDir::create(&arguments.out).map_err(|error| Failure::input(&error))?;
-    summary.draw(&out).map_err(|error| Failure::input(&error))?;
-    output::print(&summary.told(scenarios, arguments))
+    arguments.common.output.print(&summary)
 }
 
-/// The rows in short: means over all scenarios of a fault.
+/// The report as JSON; its fields are a contract.
+#[derive(Debug, Serialize)]
+struct Document<'a> {
+    seed: u64,
+    seeds: u64,
+    rules: &'static str,
+    scenarios: usize,
+    rows: &'a [Row],
+}
+
+/// The rows, and their means over all scenarios of a fault.
 struct Summary<'a> {
+    arguments: &'a Arguments,
+    scenarios: usize,
     faults: Vec<&'a str>,
     methods: Vec<&'a str>,
     rows: &'a [Row],
 }
 
 impl<'a> Summary<'a> {
-    fn of(rows: &'a [Row]) -> Self {
+    fn of(arguments: &'a Arguments, scenarios: usize, rows: &'a [Row]) -> Self {
         let mut faults: Vec<&str> = rows.iter().map(|row| row.fault.as_str()).collect();
         faults.dedup();
         let mut methods: Vec<&str> = Vec::new();
@@ -148,6 +132,8 @@ impl<'a> Summary<'a> {
             }
         }
         Self {
+            arguments,
+            scenarios,
             faults,
             methods,
             rows,
@@ -155,12 +141,12 @@ impl<'a> Summary<'a> {
     }
 
     /// The rows of a fault and a method.
-    fn alike(&self, fault: &str, method: &str) -> Vec<&'a Row> {
+    fn rows_of(&self, fault: &str, method: &str) -> Vec<&'a Row> {
         let of_both = |row: &&Row| row.fault == fault && row.method == method;
         self.rows.iter().filter(of_both).collect()
     }
 
-    /// Draws what the methods miss and what they invent, fault by fault.
+    /// Draws the missed obstacles and the ghosts of every method by fault.
     fn draw(&self, out: &OutDir) -> Result<(), ExportError> {
         let chart = |title: &str, what: &str, part: fn(&Row) -> Option<f64>| BarChart {
             title: title.to_owned(),
@@ -188,7 +174,7 @@ impl<'a> Summary<'a> {
     /// One method's bars, in percent, with the spread over the scenarios of each fault.
     fn bars(&self, method: &str, part: fn(&Row) -> Option<f64>) -> BarSeries {
         let samples = self.faults.iter().map(|fault| {
-            let rows = self.alike(fault, method);
+            let rows = self.rows_of(fault, method);
             rows.into_iter()
                 .filter_map(part)
                 .map(|share| share * 100.0)
@@ -208,7 +194,8 @@ impl<'a> Summary<'a> {
         }
     }
 
-    fn told(&self, scenarios: usize, arguments: &Arguments) -> String {
+    /// Renders both tables.
+    fn tables(&self) -> String {
         let mut maps = vec![row([
             "fault",
             "method",
@@ -232,8 +219,8 @@ impl<'a> Summary<'a> {
         ])];
         for &fault in &self.faults {
             for &method in &self.methods {
-                let alike = self.alike(fault, method);
-                let mean = |part: fn(&Row) -> Option<f64>| mean(&alike, part);
+                let rows = self.rows_of(fault, method);
+                let mean = |part: fn(&Row) -> Option<f64>| mean(&rows, part);
                 let error = |part: fn(&Row) -> Option<f64>| decimals(mean(part));
                 let share = |part: fn(&Row) -> Option<f64>| mean(part).map_or("-".into(), percent);
                 maps.push(vec![
@@ -249,38 +236,54 @@ impl<'a> Summary<'a> {
             health.extend(self.health_of(fault));
         }
         let mut text = format!(
-            "{scenarios} scenarios, {} worlds each from seed {}, {} rules; means over the scenarios\n\n",
-            arguments.seeds,
-            arguments.seed,
-            arguments.rules.name()
+            "{} scenarios, {} worlds each from seed {}, {} rules; means over the scenarios\n\n",
+            self.scenarios,
+            self.arguments.seeds,
+            self.arguments.common.seed,
+            self.arguments.rules.name()
         );
         text += &table(&maps);
         if health.len() > 1 {
-            text += "\nHealth by the robust method: shares of the faulty, of the sound and of the healed \
-                 sensors;\nafter so many turns of the sensor (median of the scenarios' medians)\n\n";
+            text += "\nHealth by the robust method: shares of the faulty, the sound and the recovering sensors;\n\
+                     after: turns of the sensor (median of the scenarios' medians)\n\n";
             text += &table(&health);
         }
         text += &format!(
             "\ncharts in {}: campaign-missed.png and campaign-ghosts.png, also as SVG; whiskers: the spread \
-         over scenarios\n",
-            shown(&arguments.out)
+             over scenarios\n",
+            shown(&self.arguments.common.output.out)
         );
         text
     }
 }
 
+impl Report for Summary<'_> {
+    fn document(&self) -> impl Serialize {
+        Document {
+            seed: self.arguments.common.seed,
+            seeds: self.arguments.seeds,
+            rules: self.arguments.rules.name(),
+            scenarios: self.scenarios,
+            rows: self.rows,
+        }
+    }
+
+    fn render(&self) -> String {
+        self.tables()
+    }
+}
+
 impl Summary<'_> {
-    /// The lines of the table of health for a fault: one for each rate, since turns pass faster at a
-    /// higher one.
+    /// Returns the rows of a fault in the table of health: one for each rate, which sets the length of a turn.
     fn health_of(&self, fault: &str) -> Vec<Vec<String>> {
-        let all = self.alike(fault, "robust");
+        let all = self.rows_of(fault, "robust");
         let mut rates: Vec<u32> = all.iter().map(|row| row.rate).collect();
         rates.dedup();
         let of_rate = rates.into_iter().map(|rate| {
-            let alike: Vec<&Row> = all.iter().filter(|row| row.rate == rate).copied().collect();
+            let rows: Vec<&Row> = all.iter().filter(|row| row.rate == rate).copied().collect();
             let share =
-                |part: fn(&Row) -> Option<f64>| mean(&alike, part).map_or("-".into(), percent);
-            let turns = |part: fn(&Row) -> Option<u64>| middle(&alike, part);
+                |part: fn(&Row) -> Option<f64>| mean(&rows, part).map_or("-".into(), percent);
+            let turns = |part: fn(&Row) -> Option<u64>| median(&rows, part);
             vec![
                 fault.to_owned(),
                 rate.to_string(),
@@ -298,14 +301,14 @@ impl Summary<'_> {
     }
 }
 
-/// The mean of what is known.
+/// Returns the mean of the rows that have the value.
 fn mean(rows: &[&Row], part: fn(&Row) -> Option<f64>) -> Option<f64> {
     let known: Vec<f64> = rows.iter().filter_map(|row| part(row)).collect();
     (!known.is_empty()).then(|| known.iter().sum::<f64>() / known.len() as f64)
 }
 
-/// The median over rows, those where it is not known being the longest.
-fn middle(rows: &[&Row], part: fn(&Row) -> Option<u64>) -> String {
+/// Returns the median over the rows; those without the value count as longest.
+fn median(rows: &[&Row], part: fn(&Row) -> Option<u64>) -> String {
     let waits: Waits = rows.iter().map(|row| part(row)).collect();
     waits.median().map_or("-".into(), |turns| turns.to_string())
 }

@@ -1,22 +1,23 @@
-//! `certainty compare`: two maps held against each other.
+//! `certainty compare`: agreement and differences of two maps.
 
-use super::simulate::percent;
-use super::table::{row, table};
-use super::{Failure, output};
+use super::failure::Failure;
+use super::options::JsonOption;
+use super::output::Report;
+use super::table::{percent, row, table};
 use certainty_sim::export::{Comparison, RosMap, compare};
 use clap::Args;
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// What the comparison is asked.
+/// The options of `certainty compare`.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// The map that is taken for true: its YAML file
+    /// The reference map: its YAML file
     a: PathBuf,
-    /// The map that is judged: its YAML file
+    /// The map to assess: its YAML file
     b: PathBuf,
-    /// Print one JSON document instead
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    json: JsonOption,
 }
 
 /// Compares the maps and reports.
@@ -27,39 +28,40 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         let (a, b) = (arguments.a.display(), arguments.b.display());
         Failure::Input(format!("{a} and {b}: {error}"))
     })?;
-    if arguments.json {
-        output::print_json(&comparison)
-    } else {
-        output::print(&told(&comparison))
-    }
+    arguments.json.print(&comparison)
 }
 
-/// The report for people.
-fn told(found: &Comparison) -> String {
-    let share = |share: Option<f64>| share.map_or_else(|| "-".to_owned(), percent);
-    let line = |name: &str, cells: u64, part: Option<f64>| {
-        vec![name.to_owned(), cells.to_string(), share(part)]
-    };
-    let mut text = table(&[
-        row(["", "cells", "share"]),
-        line("in both maps", found.overlap, None),
-        line("known in both", found.known_in_both, None),
-        line("agreeing", found.agreeing, found.agreement),
-        line(
-            "missed: occupied in A, not in B",
-            found.missed,
-            found.missed_fraction,
-        ),
-        line(
-            "ghost: free in A, occupied in B",
-            found.ghost,
-            found.ghost_fraction,
-        ),
-        line("known in A only", found.only_a, None),
-        line("known in B only", found.only_b, None),
-    ]);
-    if found.misaligned {
-        text += "The maps' cells do not lie on each other; the nearest ones were compared.\n";
+impl Report for Comparison {
+    fn document(&self) -> impl Serialize {
+        self
     }
-    text
+
+    fn render(&self) -> String {
+        let share = |share: Option<f64>| share.map_or_else(|| "-".to_owned(), percent);
+        let line = |name: &str, cells: u64, part: Option<f64>| {
+            vec![name.to_owned(), cells.to_string(), share(part)]
+        };
+        let mut text = table(&[
+            row(["", "cells", "share"]),
+            line("in both maps", self.overlap, None),
+            line("known in both", self.known_in_both, None),
+            line("agreeing", self.agreeing, self.agreement),
+            line(
+                "missed: occupied in A, not in B",
+                self.missed,
+                self.missed_fraction,
+            ),
+            line(
+                "ghost: free in A, occupied in B",
+                self.ghost,
+                self.ghost_fraction,
+            ),
+            line("known in A only", self.only_a, None),
+            line("known in B only", self.only_b, None),
+        ]);
+        if self.misaligned {
+            text += "The maps' cells are not aligned; the nearest ones were compared.\n";
+        }
+        text
+    }
 }

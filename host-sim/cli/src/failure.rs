@@ -1,4 +1,4 @@
-//! How the program ends when it cannot do what it was asked.
+//! Errors of the program: one line on stderr and an exit code.
 
 use super::output;
 use clap::Command;
@@ -8,22 +8,22 @@ use core::num::{IntErrorKind, ParseIntError};
 use std::ffi::OsString;
 use std::process::ExitCode;
 
-/// Why a command could not be carried out.
+/// Why a subcommand failed.
 #[derive(Debug)]
 pub(super) enum Failure {
-    /// The input or the usage is bad; the line says what, where and what to do.
+    /// Bad input or usage, as one line: what was wrong, where, and what was expected.
     Input(String),
-    /// A fault of our own.
+    /// An internal error.
     Internal(String),
 }
 
 impl Failure {
-    /// What `error` says, as a fault of the input.
+    /// Creates the failure of bad input from `error`.
     pub(super) fn input(error: &dyn Error) -> Self {
         Self::Input(error.to_string())
     }
 
-    /// Says so in one line on stderr and returns the exit code.
+    /// Writes the line to stderr and returns the exit code.
     pub(super) fn report(&self) -> ExitCode {
         let (line, code) = match self {
             Self::Input(line) => (line, 2),
@@ -34,8 +34,8 @@ impl Failure {
     }
 }
 
-/// What clap has to say of `arguments`: help and version on stdout, a usage error as one line that names
-/// the help of the subcommand that was meant.
+/// Handles an error of clap: prints help and version on stdout, and returns a usage error as one line that
+/// names the subcommand's help.
 pub(super) fn usage(
     error: &clap::Error,
     command: &Command,
@@ -51,30 +51,30 @@ pub(super) fn usage(
     let what = what.unwrap_or(text).trim_end();
     let what = match error.kind() {
         ErrorKind::InvalidUtf8 => not_text(arguments),
-        _ => in_words(what, error),
+        _ => with_expected(what, error),
     };
     let first = arguments.first().and_then(|first| first.to_str());
     let subcommand = first.and_then(|name| command.find_subcommand(name));
-    let of = subcommand.map_or_else(String::new, |meant| format!("{} ", meant.get_name()));
+    let of = subcommand.map_or_else(String::new, |named| format!("{} ", named.get_name()));
     Err(Failure::Input(format!("{what}; see certainty {of}--help")))
 }
 
-/// `what`, a complaint about a number in the words of a parser, in ours.
-fn in_words(what: &str, error: &clap::Error) -> String {
+/// Returns `what` with the expected number in place of the parser's error about one.
+fn with_expected(what: &str, error: &clap::Error) -> String {
     let source = error.source();
     let Some(number) = source.and_then(|source| source.downcast_ref::<ParseIntError>()) else {
         return what.to_owned();
     };
-    let write = match number.kind() {
-        IntErrorKind::Zero => "write a whole number from 1 on",
-        IntErrorKind::PosOverflow => "too large; write a smaller whole number",
-        _ => "write a whole number in digits alone, such as 7",
+    let expected = match number.kind() {
+        IntErrorKind::Zero => "expected a whole number of at least 1",
+        IntErrorKind::PosOverflow => "too large, expected a smaller whole number",
+        _ => "expected a whole number in digits alone, such as 7",
     };
     let what = what.strip_suffix(&number.to_string()).unwrap_or(what);
-    format!("{what}{write}")
+    format!("{what}{expected}")
 }
 
-/// Where in `arguments` something is no text; a path need not be.
+/// Returns the error of arguments that are not UTF-8, with their options.
 fn not_text(arguments: &[OsString]) -> String {
     let mut places: Vec<String> = Vec::new();
     let mut before: Option<&str> = None;
@@ -91,11 +91,10 @@ fn not_text(arguments: &[OsString]) -> String {
         before = argument.to_str().filter(|text| text.starts_with("--"));
     }
     let places = places.join(" or ");
-    format!("{places}: what is written there is no text in UTF-8; write it anew")
+    format!("{places}: the value is not UTF-8: expected text in UTF-8")
 }
 
-/// `text` on one line: runs of white space, line ends among them, become one space; what would move a
-/// terminal's cursor or change its colours is escaped.
+/// Returns `text` on one line: white space becomes single spaces, control characters are escaped.
 fn one_line(text: &str) -> String {
     let joined = text.split_whitespace().collect::<Vec<_>>().join(" ");
     let mut line = String::with_capacity(joined.len());
@@ -114,7 +113,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_complaint_is_one_line_that_the_terminal_only_prints() {
+    fn an_error_is_one_line_without_control_characters() {
         assert_eq!(one_line("a\n  b\u{1b}[2J"), "a b\\u{1b}[2J");
         assert_eq!(one_line("früh – 3 m²"), "früh – 3 m²");
     }

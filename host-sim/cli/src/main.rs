@@ -1,39 +1,31 @@
-//! The program `certainty`: one file a subcommand.
+//! The program `certainty`: one file per subcommand.
 //!
-//! Results go to stdout, everything else to stderr. Exit code 0; 2 for bad input or usage, with one
-//! line that says what, where and what to do; 1 for a fault of our own.
+//! Results go to stdout, everything else to stderr. Exit code 0; 2 for bad input or usage, with one line
+//! on stderr; 1 for an internal error.
 
 mod calibrate;
 mod campaign;
 mod compare;
 mod drive;
+mod drive_study;
 mod failure;
-mod health;
-mod jobs;
+mod maps;
 mod monitor;
-mod or_none;
-mod outlines;
+mod options;
 mod output;
-mod overview;
-mod panels;
-mod progress;
 mod recovery;
 mod replay;
 mod ring;
 mod run;
-
 mod simulate;
 mod table;
 mod table2;
 
-use certainty_core::certainty::Certainty;
-use certainty_core::fusion::Geometry;
-use certainty_sim::export::MapImage;
 use clap::{CommandFactory, Parser, Subcommand};
 use failure::Failure;
 use std::process::ExitCode;
 
-/// Maps a robot can trust from range sensors it cannot.
+/// Certainty grids that survive faulty range sensors: simulate, replay, measure.
 #[derive(Debug, Parser)]
 #[command(name = "certainty", version, args_conflicts_with_subcommands = true)]
 #[command(after_help = "Without a command: certainty simulate.")]
@@ -52,30 +44,22 @@ enum Command {
     Replay(replay::Arguments),
     /// The firmware's application: in this process, under QEMU, or on an emulated board
     Run(run::Arguments),
-    /// Two maps (PGM + YAML): where they agree, what is missed, what is a ghost
+    /// Two maps (PGM + YAML): agreement, missed obstacles and ghosts
     Compare(compare::Arguments),
     /// Every method against every fault, beside an oracle: maps and sensor health
     Campaign(campaign::Arguments),
-    /// A sensor's confidence falls in a fault and comes back: [001] Fig. 7
+    /// A sensor's confidence in and after a fault: [001] Fig. 7
     Recovery(recovery::Arguments),
     /// The evaluation of [001] Table 2: every method's distance from perfect sensors, beside the paper's
     Table2(table2::Arguments),
     /// A sonar ring checked against laser scanners and against itself, in an office or recorded: [003]
     Ring(ring::Arguments),
-    /// A robot drives to its goal while its sensors fail, told of it or finding out: [004]
+    /// A robot drives to its goal while its sensors fail, with and without a diagnosis: [004]
     Drive(drive::Arguments),
-    /// Measured bytes of infrared sensors: their characteristics, and the errors that are left
+    /// Measured bytes of infrared sensors: their characteristics and the remaining errors
     Calibrate(calibrate::Arguments),
-    /// A board's telemetry, live: its map, where its sensors look, their health, and what was lost
+    /// A board's telemetry, live: its map, its sensors' directions and health, and lost frames
     Monitor(monitor::Arguments),
-}
-
-/// A map's cells with the frame that its grid gives them.
-fn map_image<'a>(geometry: &Geometry, cells: &'a [Certainty]) -> Result<MapImage<'a>, Failure> {
-    let (width, height) = (geometry.columns().into(), geometry.rows().into());
-    let cell_mm = geometry.cell_size().get();
-    MapImage::try_new(width, height, cells, cell_mm, geometry.corner())
-        .map_err(|error| Failure::Internal(error.to_string()))
 }
 
 /// Runs the program with the process's arguments.
@@ -110,7 +94,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_arguments_are_consistent() {
+    fn the_options_are_consistent() {
         Cli::command().debug_assert();
     }
 }

@@ -1,19 +1,29 @@
-//! Stdout and stderr, which may be closed, no terminal, or without colour.
+//! Stdout and stderr: reports, notes and progress bars.
 
-use super::Failure;
+use super::failure::Failure;
 use certainty_sim::export::shown;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 use std::io::{ErrorKind, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
-/// Writes a result to stdout.
-///
-/// A reader that went away (`certainty | head`) has seen what it wanted: that is no failure.
-pub(super) fn print(text: &str) -> Result<(), Failure> {
-    offer(text).map(|_read| ())
+/// The result of a subcommand, as text and as one JSON document.
+pub(super) trait Report {
+    /// Returns the document of `--json`; its fields are a contract.
+    fn document(&self) -> impl Serialize;
+
+    /// Returns the text for a terminal.
+    fn render(&self) -> String;
 }
 
-/// Writes to stdout; returns whether anyone is still reading.
+/// Writes a result to stdout.
+///
+/// A closed pipe (`certainty | head`) is no failure.
+pub(super) fn print(text: &str) -> Result<(), Failure> {
+    offer(text).map(|_open| ())
+}
+
+/// Writes to stdout; returns whether it is still open.
 pub(super) fn offer(text: &str) -> Result<bool, Failure> {
     let mut stdout = std::io::stdout().lock();
     match stdout
@@ -38,34 +48,45 @@ pub(super) fn print_json(document: &impl Serialize) -> Result<(), Failure> {
 /// Refuses a folder whose name a JSON document could not hold.
 pub(super) fn check_listable(json: bool, out: &Path) -> Result<(), Failure> {
     if json && out.to_str().is_none() {
-        let line =
-            "--out: the folder's name is not text, and --json must list files in it; name another";
+        let line = "--out: the folder's name is not UTF-8, and --json lists files in it: expected \
+                    a name in UTF-8";
         return Err(Failure::Input(line.into()));
     }
     Ok(())
 }
 
-/// Paths as a report lists them.
+/// Returns paths as a JSON document lists them.
 pub(super) fn listed(files: &[PathBuf]) -> Vec<String> {
     let text = |file: &PathBuf| file.to_string_lossy().into_owned();
     files.iter().map(text).collect()
 }
 
-/// Paths as a line for people has them.
-pub(super) fn told(files: &[PathBuf]) -> String {
+/// Returns paths as a line of text.
+pub(super) fn joined(files: &[PathBuf], separator: &str) -> String {
     let files: Vec<String> = files.iter().map(|file| shown(file)).collect();
-    files.join(" ")
+    files.join(separator)
 }
 
-/// Writes a line to stderr, if there is anyone to read it.
+/// Writes a line to stderr.
 pub(super) fn note(line: &str) {
-    let _unread = writeln!(std::io::stderr().lock(), "{line}");
+    let _ = writeln!(std::io::stderr().lock(), "{line}"); // a closed stderr is no failure
 }
 
-/// Whether stdout is a terminal that may be coloured.
-///
-/// `NO_COLOR`, with any value but an empty one, says no.
+/// Returns whether stdout is a terminal that may be coloured: not if `NO_COLOR` is set and not empty.
 pub(super) fn coloured() -> bool {
     let forbidden = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
     !forbidden && std::io::stdout().is_terminal()
+}
+
+/// Creates a progress bar of `total` steps on stderr, hidden unless stderr is a terminal.
+pub(super) fn progress(what: &'static str, total: u64) -> ProgressBar {
+    let target = if std::io::stderr().is_terminal() {
+        ProgressDrawTarget::stderr()
+    } else {
+        ProgressDrawTarget::hidden()
+    };
+    let bar = ProgressBar::with_draw_target(Some(total), target).with_message(what);
+    let style = ProgressStyle::with_template("{msg} {wide_bar} {percent:>3} % {eta} left");
+    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    bar
 }

@@ -1,10 +1,12 @@
-//! `certainty recovery`: a sensor's confidence falls in a fault and comes back, \[001\] Fig. 7.
+//! `certainty recovery`: a sensor's confidence in and after a fault, \[001\] Fig. 7.
 
-use super::simulate::percent;
-use super::table::table;
-use super::{Failure, output, progress};
+use super::failure::Failure;
+use super::options::{CommonOptions, named};
+use super::output::{self, Report, progress};
+use super::table::{percent, table};
+use certainty_repro::Spread;
 use certainty_repro::recovery::{
-    ConfidenceTrace, Count, Course, FAULTY, Noise, OverSeeds, READINGS, Recovery, Spread, share,
+    ConfidenceBand, ConfidenceTrace, Count, FAULTY, Noise, OverSeeds, READINGS, Recovery, share,
 };
 use certainty_sim::export::{ExportError, OutDir, shown};
 use certainty_sim::fault::FaultSpec;
@@ -18,135 +20,125 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// What the evaluation is asked.
+/// The options of `certainty recovery`.
 #[derive(Debug, Args)]
+#[command(
+    mut_arg("seed", |seed| seed
+        .help("Seed of the run in the built-in scene, and of the first of the random layouts")),
+    mut_arg("out", |out| out.help("Folder for the confidences, as a table in CSV and as charts"))
+)]
 pub(super) struct Arguments {
-    /// How many runs, each in a random layout of its own
+    /// Number of runs, each in a random layout of its own
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     seeds: u32,
-    /// Names the run in the built-in scene, and the first of the random layouts
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 1,
-        allow_hyphen_values = true
-    )]
-    seed: u64,
-    /// Whose readings 50 and 200 are: each sensor's own, or those of all together
-    #[arg(long, value_name = "each|all", default_value = "each")]
+    /// Readings that are counted to 50 and 200: each sensor's own, or those of all together
+    #[arg(long, value_name = "COUNT", default_value = "each", value_parser = named(Count::ALL, Count::name))]
     count: Count,
-    /// What sensor 1's noise is added to: its output, of which 'no object' is the farthest, or its
+    /// Signal that sensor 1's noise is added to: its output, of which 'no object' is the farthest, or its
     /// echoes alone
-    #[arg(long, value_name = "output|echo", default_value = "output")]
+    #[arg(long, value_name = "NOISE", default_value = "output", value_parser = named(Noise::ALL, Noise::name))]
     noise: Noise,
-    /// The sensors, letters A to E of [001] Table 1, at least three; sensor 1 is the first
+    /// Sensors, letters A to E of [001] Table 1, at least three; the first is sensor 1
     #[arg(long, value_name = "LETTERS|N", default_value = "ABC", value_parser = at_least_three)]
     sensors: SensorSet,
-    /// The open numbers of the robust method: the defaults, or [001] to the letter
-    #[arg(long, value_name = "shipped|letter|coarse", default_value = "shipped")]
+    /// Rules of the robust method: the defaults, or [001] to the letter
+    #[arg(long, value_name = "RULES", default_value = "shipped", value_parser = named(Rules::ALL, Rules::name))]
     rules: Rules,
-    /// Where the confidences go, as a table in CSV and as charts
-    #[arg(long, value_name = "DIR", default_value = "out")]
-    out: PathBuf,
-    /// Print one JSON document instead
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    common: CommonOptions,
 }
 
-/// Reads a crew in which a sensor can be below others.
+/// Parses a set of sensors in which one can be below the others.
 fn at_least_three(text: &str) -> Result<SensorSet, String> {
-    let crew: SensorSet = text.parse().map_err(|error| format!("{error}"))?;
-    if crew.members().len() < 3 {
+    let sensors: SensorSet = text.parse().map_err(|error| format!("{error}"))?;
+    if sensors.members().len() < 3 {
         return Err(format!(
-            "'{text}' are too few: write three or more, such as ABC"
+            "'{text}' has too few sensors: expected three or more, such as ABC"
         ));
     }
-    Ok(crew)
+    Ok(sensors)
 }
 
-/// One run in the built-in scene, and many in random ones with their twins without the fault.
-#[derive(Debug)]
-struct Evaluated {
+/// One run in the built-in scene, and many in random ones with their controls without the fault.
+struct Evaluation<'a> {
+    arguments: &'a Arguments,
     fault: FaultSpec,
     one: ConfidenceTrace,
     traces: Vec<ConfidenceTrace>,
-    twins: Vec<ConfidenceTrace>,
+    controls: Vec<ConfidenceTrace>,
     over_seeds: OverSeeds,
+    files: Vec<PathBuf>,
 }
 
 /// Runs the evaluation and reports.
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    output::check_listable(arguments.json, &arguments.out)?;
-    let evaluated = evaluate(arguments)?;
-    let out = OutDir::create(&arguments.out).map_err(|error| Failure::input(&error))?;
-    let written = out.write("recovery.csv", |file| write_csv(&evaluated.one, file));
-    let mut files = vec![written.map_err(|error| Failure::input(&error))?];
-    let drawn = draw(arguments, &evaluated, &out);
-    files.extend(drawn.map_err(|error| Failure::input(&error))?);
-    if arguments.json {
-        output::print_json(&Report::new(arguments, &evaluated, &files))
-    } else {
-        output::print(&told(arguments, &evaluated))
-    }
+    arguments.common.output.check()?;
+    let mut evaluation = evaluate(arguments)?;
+    let out = arguments.common.output.create()?;
+    let written = out.write("recovery.csv", |file| write_csv(&evaluation.one, file));
+    evaluation.files = vec![written.map_err(|error| Failure::input(&error))?];
+    let drawn = draw(&evaluation, &out).map_err(|error| Failure::input(&error))?;
+    evaluation.files.extend(drawn);
+    arguments.common.output.print(&evaluation)
 }
 
-fn evaluate(arguments: &Arguments) -> Result<Evaluated, Failure> {
+fn evaluate(arguments: &Arguments) -> Result<Evaluation<'_>, Failure> {
+    let first = arguments.common.seed;
     let internal = |error: &dyn core::error::Error| Failure::Internal(error.to_string());
     let recovery = Recovery {
         count: arguments.count,
         noise: arguments.noise,
-        crew: arguments.sensors.clone(),
+        sensors: arguments.sensors.clone(),
         fusion: arguments.rules.fusion(),
     };
-    let one = recovery.trace(Arc::new(World::built_in()), arguments.seed);
+    let one = recovery.trace(Arc::new(World::built_in()), first);
     let one = one.map_err(|error| internal(&error))?;
-    let bar = progress::bar("recovery", arguments.seeds.into());
-    let (mut traces, mut twins) = (Vec::new(), Vec::new());
+    let bar = progress("recovery", arguments.seeds.into());
+    let (mut traces, mut controls) = (Vec::new(), Vec::new());
     for number in 0..u64::from(arguments.seeds) {
-        let seed = arguments.seed.wrapping_add(number);
+        let seed = first.wrapping_add(number);
         let world = World::random(&Layout::default(), seed).map_err(|error| internal(&error))?;
         let world = Arc::new(world);
         let trace = recovery.trace(Arc::clone(&world), seed);
         traces.push(trace.map_err(|error| internal(&error))?);
-        let twin = recovery.twin(world, seed);
-        twins.push(twin.map_err(|error| internal(&error))?);
+        let control = recovery.control(world, seed);
+        controls.push(control.map_err(|error| internal(&error))?);
         bar.inc(1);
     }
     bar.finish_and_clear();
-    Ok(Evaluated {
+    Ok(Evaluation {
+        arguments,
         fault: recovery.fault().map_err(|error| internal(&error))?,
         one,
-        over_seeds: OverSeeds::of(&traces, &twins),
+        over_seeds: OverSeeds::of(&traces, &controls),
         traces,
-        twins,
+        controls,
+        files: Vec::new(),
     })
 }
 
-/// Draws the one run, and what the many have in common.
-fn draw(
-    arguments: &Arguments,
-    evaluated: &Evaluated,
-    out: &OutDir,
-) -> Result<Vec<PathBuf>, ExportError> {
+/// Draws the one run, and the statistics of the many.
+fn draw(evaluation: &Evaluation<'_>, out: &OutDir) -> Result<Vec<PathBuf>, ExportError> {
+    let arguments = evaluation.arguments;
     let Arguments { sensors, noise, .. } = arguments;
     let points = |values: &[f64]| (1..).map(f64::from).zip(values.iter().copied()).collect();
-    let named = |slot: usize| {
+    let name = |slot: usize| {
         let member = sensors.members().get(slot);
         let letter = member.map_or_else(String::new, |member| format!(" ({})", member.letter));
         format!("sensor {}{letter}", slot + 1)
     };
-    let own = evaluated.one.confidences().iter().enumerate();
+    let own = evaluation.one.confidences().iter().enumerate();
     let own = own.map(|(slot, own)| {
         let shares: Vec<f64> = own.iter().copied().map(share).collect();
-        Line::new(&named(slot), points(&shares))
+        Line::new(&name(slot), points(&shares))
     });
-    let courses = (0..sensors.members().len()).map(|slot| {
-        let course = Course::of(&evaluated.traces, slot);
-        Line::new(&named(slot), points(&course.mean)).with_band(course.band)
+    let bands = (0..sensors.members().len()).map(|slot| {
+        let band = ConfidenceBand::of(&evaluation.traces, slot);
+        Line::new(&name(slot), points(&band.mean)).with_band(band.band)
     });
-    let twin = Course::of(&evaluated.twins, 0);
-    let twin = Line::new("sensor 1, no fault", points(&twin.mean)).dashed();
-    let whose = match noise {
+    let control = ConfidenceBand::of(&evaluation.controls, 0);
+    let control = Line::new("sensor 1, no fault", points(&control.mean)).dashed();
+    let fault = match noise {
         Noise::Output => "20 % noise on the output of sensor 1",
         Noise::Echo => "20 % noise on the echoes of sensor 1",
     };
@@ -158,7 +150,7 @@ fn draw(
         })
         .from(0.0)
         .to(READINGS as f64),
-        // Full confidence is where most of the lines are: room above them for the fault's label.
+        // Most lines are at full confidence: the fault's label is above them.
         y: Axis::counting("confidence").from(0.0).to(1.1),
         lines,
         shaded: vec![Span {
@@ -168,20 +160,20 @@ fn draw(
         }],
     };
     let one = chart(
-        format!("Confidences in and after a fault: {whose}"),
+        format!("Confidences in and after a fault: {fault}"),
         own.collect(),
     );
-    let seeds = evaluated.over_seeds.seeds;
+    let seeds = evaluation.over_seeds.seeds;
     let many = chart(
-        format!("{whose}: mean and 10–90 % of {seeds} layouts"),
-        courses.chain([twin]).collect(),
+        format!("{fault}: mean and 10–90 % of {seeds} layouts"),
+        bands.chain([control]).collect(),
     );
     let mut files = Vec::from(one.write(out, "recovery")?);
     files.extend(many.write(out, "recovery-seeds")?);
     Ok(files)
 }
 
-/// Writes a line a reading, counted from 1, and a column a sensor.
+/// Writes a line per reading, counted from 1, and a column per sensor.
 fn write_csv(trace: &ConfidenceTrace, out: &mut dyn Write) -> io::Result<()> {
     write!(out, "reading")?;
     for number in 1..=trace.confidences().len() {
@@ -200,7 +192,7 @@ fn write_csv(trace: &ConfidenceTrace, out: &mut dyn Write) -> io::Result<()> {
 
 /// The report as JSON; its fields are a contract.
 #[derive(Debug, Serialize)]
-struct Report<'a> {
+struct Document<'a> {
     seed: u64,
     count: &'static str,
     sensors: String,
@@ -213,7 +205,7 @@ struct Report<'a> {
     files: Vec<String>,
 }
 
-/// The fault; `from` and `to` count as `readings` does, `spec` the sensor's own.
+/// The fault; `from` and `to` count readings by `count`, `spec` the sensor's own.
 #[derive(Debug, Serialize)]
 struct FaultReport {
     sensor: u8,
@@ -223,17 +215,18 @@ struct FaultReport {
     spec: String,
 }
 
-impl<'a> Report<'a> {
-    fn new(arguments: &Arguments, evaluated: &'a Evaluated, files: &[PathBuf]) -> Self {
-        let Evaluated {
+impl Report for Evaluation<'_> {
+    fn document(&self) -> impl Serialize {
+        let Self {
+            arguments,
             fault,
             one,
             over_seeds,
             ..
-        } = evaluated;
+        } = self;
         let shares = |own: &Vec<_>| own.iter().copied().map(share).collect();
-        Self {
-            seed: arguments.seed,
+        Document {
+            seed: arguments.common.seed,
             count: arguments.count.name(),
             sensors: arguments.sensors.to_string(),
             rules: arguments.rules.name(),
@@ -248,64 +241,65 @@ impl<'a> Report<'a> {
             confidence: one.confidences().iter().map(shares).collect(),
             recovered_after: one.recovered_after(),
             over_seeds,
-            files: output::listed(files),
+            files: output::listed(&self.files),
         }
     }
-}
 
-/// The report for people.
-fn told(arguments: &Arguments, evaluated: &Evaluated) -> String {
-    /// Readings from one line of the table to the next.
-    const STRIDE: usize = 10;
-    /// More sensors would make the table wider than a terminal; the files have them all.
-    const MOST_COLUMNS: usize = 5;
-    let Evaluated {
-        fault,
-        one,
-        over_seeds,
-        ..
-    } = evaluated;
-    let whose = match arguments.count {
-        Count::Each => "of each sensor",
-        Count::All => "of all sensors together",
-    };
-    let Arguments { sensors, seed, .. } = arguments;
-    let mut text = format!(
-        "sensors: {sensors}   readings: {READINGS} {whose}   seed: {seed}\n\
+    fn render(&self) -> String {
+        /// Readings from one line of the table to the next.
+        const STRIDE: usize = 10;
+        /// More sensors would make the table wider than a terminal; the files have them all.
+        const MOST_COLUMNS: usize = 5;
+        let Self {
+            arguments,
+            fault,
+            one,
+            over_seeds,
+            ..
+        } = self;
+        let counted = match arguments.count {
+            Count::Each => "of each sensor",
+            Count::All => "of all sensors together",
+        };
+        let CommonOptions { seed, output } = &arguments.common;
+        let mut text = format!(
+            "sensors: {}   readings: {READINGS} {counted}   seed: {seed}\n\
          fault: {fault}   rules: {}\n\n",
-        arguments.rules.name()
-    );
-    let shown = || one.confidences().iter().take(MOST_COLUMNS);
-    let mut heading = vec!["reading".to_owned()];
-    heading.extend(
-        (1..)
-            .zip(shown())
-            .map(|(number, _)| format!("sensor {number}")),
-    );
-    heading.push("sensor 1 is".into());
-    let mut rows = vec![heading];
-    for at in (STRIDE..=READINGS).step_by(STRIDE) {
-        let mut cells = vec![at.to_string()];
-        cells.extend(shown().map(|own| format!("{:.2}", share(own[at - 1]))));
-        cells.push(if at <= FAULTY { "faulty" } else { "sound" }.into());
-        rows.push(cells);
+            arguments.sensors,
+            arguments.rules.name()
+        );
+        let columns = || one.confidences().iter().take(MOST_COLUMNS);
+        let mut heading = vec!["reading".to_owned()];
+        heading.extend(
+            (1..)
+                .zip(columns())
+                .map(|(number, _)| format!("sensor {number}")),
+        );
+        heading.push("sensor 1 is".into());
+        let mut rows = vec![heading];
+        for at in (STRIDE..=READINGS).step_by(STRIDE) {
+            let mut cells = vec![at.to_string()];
+            cells.extend(columns().map(|own| format!("{:.2}", share(own[at - 1]))));
+            cells.push(if at <= FAULTY { "faulty" } else { "sound" }.into());
+            rows.push(cells);
+        }
+        text += &table(&rows);
+        text += &format!(
+            "\nwithin 5 % of the others {}\n\n",
+            time_of(one.recovered_after())
+        );
+        text += &summary(over_seeds);
+        text += &format!(
+            "\nevery reading's confidences in {}\ncharts: {}, {}\n",
+            path(&output.out, "recovery.csv"),
+            path(&output.out, "recovery.png"),
+            path(&output.out, "recovery-seeds.png"),
+        );
+        text
     }
-    text += &table(&rows);
-    text += &format!(
-        "\nback within 5 % of the others {}\n\n",
-        after(one.recovered_after())
-    );
-    text += &summary(over_seeds);
-    text += &format!(
-        "\nevery reading's confidences in {}\ncharts: {}, {}\n",
-        within(&arguments.out, "recovery.csv"),
-        within(&arguments.out, "recovery.png"),
-        within(&arguments.out, "recovery-seeds.png"),
-    );
-    text
 }
 
-/// What the random layouts have in common.
+/// Renders the statistics over the random layouts.
 fn summary(over: &OverSeeds) -> String {
     let readings = |value: Option<usize>| value.map_or("never".into(), |n: usize| n.to_string());
     let spread = |Spread { mean, sd }: Spread| format!("{mean:.2} ± {sd:.2}");
@@ -329,7 +323,7 @@ fn summary(over: &OverSeeds) -> String {
         ],
         vec!["recovered".into(), over.recovered.to_string()],
         vec![
-            "after so many readings: 10 % / median / 90 %".into(),
+            "after readings: 10 % / median / 90 %".into(),
             [over.p10, over.median, over.p90].map(readings).join(" / "),
         ],
         vec![
@@ -343,14 +337,14 @@ fn summary(over: &OverSeeds) -> String {
     ];
     let mut text = table(&rows);
     if over.clearly_below - over.clearly_below_without_fault < 0.5 {
-        text += "In most runs the fault did not make sensor 1 fall clearly: being back at once\n\
-                 means little.\n";
+        text += "In most runs sensor 1 did not fall clearly in the fault: an immediate recovery\n\
+                 measures little.\n";
     }
     text
 }
 
-/// When a sensor recovered, in words.
-fn after(readings: Option<usize>) -> String {
+/// Renders when a sensor recovered.
+fn time_of(readings: Option<usize>) -> String {
     match readings {
         None => "never".into(),
         Some(0) => "already when the fault ended".into(),
@@ -358,6 +352,6 @@ fn after(readings: Option<usize>) -> String {
     }
 }
 
-fn within(out: &Path, file: &str) -> String {
+fn path(out: &Path, file: &str) -> String {
     shown(&out.join(file))
 }

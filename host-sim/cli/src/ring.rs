@@ -1,9 +1,9 @@
 //! `certainty ring`: which sonar of a ring is faulty (\[003\]).
 
-use super::jobs::Jobs;
-use super::simulate::percent;
 use super::table::{row, table};
 use super::{Failure, output};
+use crate::options::Jobs;
+use crate::table::percent;
 use certainty_core::units::{BinaryAngle, Millimeters, Point, Pose};
 use certainty_repro::ring_study::{
     Extraction, ExtractionRow, FaultSweep, KindRow, PoseResult, SweepResult,

@@ -1,11 +1,10 @@
 //! `certainty simulate`: the Smart Car in a world, every method on the same readings.
 
-use super::health::{HealthReport, caveat};
-use super::or_none::{self, OrNone};
-use super::overview::overview;
-use super::panels::{Mark, Panel, side_by_side};
-use super::table::{row, table};
-use super::{Failure, map_image, output};
+use super::failure::Failure;
+use super::maps::{Mark, Panel, map_image, overview, side_by_side};
+use super::options::{CommonOptions, OrNone, given, named};
+use super::output::{self, Report};
+use super::table::{HealthReport, caveat, percent, row, table};
 use certainty_core::certainty::Certainty;
 use certainty_firmware::smart_car::SWEEP;
 use certainty_sim::export::{OutDir, shown, write_grey_png};
@@ -17,47 +16,36 @@ use certainty_sim::transducer::SensorSet;
 use certainty_sim::world::World;
 use clap::Args;
 use core::num::NonZeroU32;
-use core::str::FromStr;
 use serde::Serialize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
-/// Sweeps of every head that a run takes if it is not told how many readings.
+/// Sweeps of every head in a run without `--readings`.
 const SWEEPS: u32 = 4;
 
-/// What the simulation is asked.
+/// The options of `certainty simulate`.
 #[derive(Debug, Args)]
+#[command(mut_arg("out", |out| out.help("Folder for the pictures")))]
 pub(super) struct Arguments {
-    /// The obstacles: a TOML file; without it, the built-in scene
+    /// TOML file of the obstacles; without it, the built-in scene
     #[arg(long, value_name = "FILE")]
     world: Option<PathBuf>,
-    /// The sensors: letters A to E of [001] Table 1, or a number from 3 to 7
+    /// Sensors: letters A to E of [001] Table 1, or a number from 3 to 7
     #[arg(long, value_name = "ABC|3..7", default_value_t)]
     sensors: SensorSet,
-    /// What is wrong with a sensor, such as stuck-near:1=250mm@3s..8s, or none; repeatable
-    /// [default: stuck-far:2, if there are three sensors]
+    /// Fault of a sensor, such as stuck-near:1=250mm@3s..8s, or none; repeatable
+    /// [default: stuck-far:2, with three sensors or more]
     #[arg(long = "fault", value_name = "SPEC|none")]
     faults: Vec<OrNone<FaultSpec>>,
-    /// How many readings, of all sensors together [default: four sweeps of every head]
+    /// Number of readings of all sensors together [default: four sweeps of every head]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     readings: Option<u32>,
-    /// The method, or all of them
-    #[arg(long, value_name = "all|NAME", default_value = "all")]
+    /// Fusion method, or all of them
+    #[arg(long, value_name = "METHOD", default_value = "all",
+          value_parser = named(FusionArgument::all(), FusionArgument::name))]
     fusion: FusionArgument,
-    /// Names the run: the same seed gives the same result
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 1,
-        allow_hyphen_values = true
-    )]
-    seed: u64,
-    /// Where the pictures go
-    #[arg(long, value_name = "DIR", default_value = "out")]
-    out: PathBuf,
-    /// Print one JSON document instead
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    common: CommonOptions,
 }
 
 /// One method or all.
@@ -67,16 +55,17 @@ enum FusionArgument {
     One(Method),
 }
 
-impl FromStr for FusionArgument {
-    type Err = String;
+impl FusionArgument {
+    /// Returns `all` and every method.
+    fn all() -> Vec<Self> {
+        let methods = Method::ALL.map(Self::One);
+        [&[Self::All][..], &methods].concat()
+    }
 
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text {
-            "all" => Ok(Self::All),
-            name => match name.parse() {
-                Ok(method) => Ok(Self::One(method)),
-                Err(error) => Err(format!("{error}, or all")),
-            },
+    const fn name(self) -> &'static str {
+        match self {
+            Self::All => "all",
+            Self::One(method) => method.name(),
         }
     }
 }
@@ -86,7 +75,7 @@ impl Arguments {
         if self.faults.is_empty() && self.sensors.count() >= 3 {
             return Ok("stuck-far:2".parse().into_iter().collect());
         }
-        or_none::given("--fault", &self.faults)
+        given("--fault", &self.faults)
     }
 
     fn setup(&self) -> Result<Setup, Failure> {
@@ -96,10 +85,10 @@ impl Arguments {
         };
         let sweep = u32::from(SWEEP.directions()) * u32::from(self.sensors.count());
         let length = Length::Readings(self.readings.unwrap_or(SWEEPS * sweep));
-        let crew = self.sensors.clone();
+        let sensors = self.sensors.clone();
         Ok(Setup {
             faults: self.faults()?,
-            ..Setup::smart_car(Arc::new(world), crew, length, self.seed)
+            ..Setup::smart_car(Arc::new(world), sensors, length, self.common.seed)
         })
     }
 
@@ -111,38 +100,35 @@ impl Arguments {
     }
 }
 
-/// A run and what the methods made of it.
-#[derive(Debug)]
-struct Simulated {
+/// A run, every method's result, and the pictures.
+struct Simulation<'a> {
+    arguments: &'a Arguments,
     run: Run,
     methods: Vec<MethodResult>,
+    files: Vec<PathBuf>,
 }
 
 /// Runs the simulation and reports.
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    output::check_listable(arguments.json, &arguments.out)?;
+    arguments.common.output.check()?;
     let setup = arguments.setup()?;
     let run = setup
         .run()
         .map_err(|SetupError::Fault(error)| Failure::Input(format!("--fault: {error}")))?;
     let methods = arguments.methods().into_iter();
-    let simulated = Simulated {
-        methods: methods.map(|method| run.fuse(method)).collect(),
+    let methods: Vec<_> = methods.map(|method| run.fuse(method)).collect();
+    let files = draw(&run, &methods, &arguments.common.output.create()?)?;
+    arguments.common.output.print(&Simulation {
+        arguments,
         run,
-    };
-    let out = OutDir::create(&arguments.out).map_err(|error| Failure::input(&error))?;
-    let files = draw(&simulated, &out)?;
-    if arguments.json {
-        output::print_json(&Report::new(&simulated, &files))
-    } else {
-        output::print(&told(&simulated, &arguments.out))
-    }
+        methods,
+        files,
+    })
 }
 
 /// Writes the pictures: the truth, each method's map, and all of them in one.
-fn draw(simulated: &Simulated, out: &OutDir) -> Result<Vec<PathBuf>, Failure> {
+fn draw(run: &Run, methods: &[MethodResult], out: &OutDir) -> Result<Vec<PathBuf>, Failure> {
     const ZOOM: NonZeroU32 = NonZeroU32::new(24).unwrap();
-    let Simulated { run, methods } = simulated;
     let geometry = run.reference.geometry();
     let truth: Vec<_> = run
         .reference
@@ -174,7 +160,7 @@ fn draw(simulated: &Simulated, out: &OutDir) -> Result<Vec<PathBuf>, Failure> {
 
 /// The report as JSON; its fields are a contract.
 #[derive(Debug, Serialize)]
-struct Report {
+struct Document {
     seed: u64,
     readings: usize,
     world: WorldReport,
@@ -210,11 +196,11 @@ struct SensorReport {
     health: HealthReport,
 }
 
-impl Report {
-    fn new(simulated: &Simulated, files: &[PathBuf]) -> Self {
-        let Simulated { run, methods } = simulated;
+impl Report for Simulation<'_> {
+    fn document(&self) -> impl Serialize {
+        let Self { run, methods, .. } = self;
         let geometry = run.reference.geometry();
-        let methods = methods.iter().map(|result| MethodReport {
+        let reports = methods.iter().map(|result| MethodReport {
             name: result.method.name(),
             mae: result.score.mae,
             mse: result.score.mse,
@@ -222,7 +208,7 @@ impl Report {
             ghost: result.score.ghost,
             bytes: result.bytes,
         });
-        Self {
+        Document {
             seed: run.setup.seed,
             readings: run.readings.len(),
             world: WorldReport {
@@ -230,15 +216,88 @@ impl Report {
                 height: geometry.rows(),
                 cell_mm: geometry.cell_size().get(),
             },
-            methods: methods.collect(),
-            sensors: sensors(simulated),
-            files: output::listed(files),
+            methods: reports.collect(),
+            sensors: sensors(run, methods),
+            files: output::listed(&self.files),
         }
+    }
+
+    fn render(&self) -> String {
+        let Self { run, methods, .. } = self;
+        let setup = &run.setup;
+        let faults: Vec<String> = setup.faults.iter().map(ToString::to_string).collect();
+        let faults = if faults.is_empty() {
+            "none".to_owned()
+        } else {
+            faults.join(", ")
+        };
+        let mut text = format!(
+            "world: {}   sensors: {}   readings: {}   seed: {}\nfault: {faults}\n\n",
+            Excerpt::new(setup.world.name()),
+            setup.sensors,
+            run.readings.len(),
+            setup.seed
+        );
+
+        let truth = run.reference.cells();
+        let ideal = |&cell: &Truth| Mark::of(cell.certainty(), cell);
+        let mut panels = vec![Panel {
+            title: "truth".into(),
+            marks: truth.iter().map(ideal).collect(),
+        }];
+        panels.extend(methods.iter().map(|result| {
+            Panel {
+                title: result.method.name().into(),
+                marks: result
+                    .cells
+                    .iter()
+                    .zip(truth)
+                    .map(|(&shown, &truth)| Mark::of(shown, truth))
+                    .collect(),
+            }
+        }));
+        text += &side_by_side(&run.reference.geometry(), &panels, output::coloured());
+        text += Mark::LEGEND;
+        text += "\nThe truth is the grid of perfect sensors in the same directions.\n\n";
+
+        let mut rows = vec![row(["method", "MAE", "MSE", "missed", "ghost", "bytes"])];
+        rows.extend(methods.iter().map(|result| {
+            let score = &result.score;
+            vec![
+                result.method.to_string(),
+                format!("{:.3}", score.mae),
+                format!("{:.3}", score.mse),
+                percent(score.missed),
+                percent(score.ghost),
+                result.bytes.to_string(),
+            ]
+        }));
+        text += &table(&rows);
+
+        let mut rows = vec![[row(["sensor", "fault"]), row(HealthReport::COLUMNS)].concat()];
+        rows.extend(sensors(run, methods).into_iter().map(|sensor| {
+            let mut cells = vec![
+                format!("{} ({})", sensor.id, sensor.model),
+                sensor.fault.unwrap_or_else(|| "-".into()),
+            ];
+            cells.extend(sensor.health.cells());
+            cells
+        }));
+        text.push('\n');
+        text += &table(&rows);
+        text += caveat(methods.iter().map(|result| result.method));
+        let seconds =
+            run.readings.len() as f64 / f64::from(setup.sensors.count()) * f64::from(STEP_MS) / 1e3;
+        text += &format!(
+            "\n{seconds:.0} s of simulated time; pictures in {}: overview.png shows all maps\n",
+            shown(&self.arguments.common.output.out)
+        );
+        text
     }
 }
 
-/// What is known of the sensors: by the robust grid, which learns it, if it was run.
-fn sensors(Simulated { run, methods }: &Simulated) -> Vec<SensorReport> {
+/// The sensors' health by the robust grid, which learns it, if it was run; else by the first method.
+fn sensors(run: &Run, methods: &[MethodResult]) -> Vec<SensorReport> {
     let learned = methods
         .iter()
         .find(|result| result.method == Method::Robust);
@@ -259,83 +318,4 @@ fn sensors(Simulated { run, methods }: &Simulated) -> Vec<SensorReport> {
         }
     });
     report.collect()
-}
-
-/// The report for people.
-fn told(simulated: &Simulated, out: &Path) -> String {
-    let Simulated { run, methods } = simulated;
-    let setup = &run.setup;
-    let faults: Vec<String> = setup.faults.iter().map(ToString::to_string).collect();
-    let faults = if faults.is_empty() {
-        "none".to_owned()
-    } else {
-        faults.join(", ")
-    };
-    let mut text = format!(
-        "world: {}   sensors: {}   readings: {}   seed: {}\nfault: {faults}\n\n",
-        Excerpt::new(setup.world.name()),
-        setup.sensors,
-        run.readings.len(),
-        setup.seed
-    );
-
-    let truth = run.reference.cells();
-    let ideal = |&cell: &Truth| Mark::of(cell.certainty(), cell);
-    let mut panels = vec![Panel {
-        title: "truth".into(),
-        marks: truth.iter().map(ideal).collect(),
-    }];
-    panels.extend(methods.iter().map(|result| {
-        Panel {
-            title: result.method.name().into(),
-            marks: result
-                .cells
-                .iter()
-                .zip(truth)
-                .map(|(&shown, &truth)| Mark::of(shown, truth))
-                .collect(),
-        }
-    }));
-    text += &side_by_side(&run.reference.geometry(), &panels, output::coloured());
-    text += Mark::LEGEND;
-    text += "\nThe truth is what perfect sensors would have drawn with the same looks.\n\n";
-
-    let mut rows = vec![row(["method", "MAE", "MSE", "missed", "ghost", "bytes"])];
-    rows.extend(methods.iter().map(|result| {
-        let score = &result.score;
-        vec![
-            result.method.to_string(),
-            format!("{:.3}", score.mae),
-            format!("{:.3}", score.mse),
-            percent(score.missed),
-            percent(score.ghost),
-            result.bytes.to_string(),
-        ]
-    }));
-    text += &table(&rows);
-
-    let mut rows = vec![[row(["sensor", "fault"]), row(HealthReport::COLUMNS)].concat()];
-    rows.extend(sensors(simulated).into_iter().map(|sensor| {
-        let mut cells = vec![
-            format!("{} ({})", sensor.id, sensor.model),
-            sensor.fault.unwrap_or_else(|| "-".into()),
-        ];
-        cells.extend(sensor.health.cells());
-        cells
-    }));
-    text.push('\n');
-    text += &table(&rows);
-    text += caveat(methods.iter().map(|result| result.method));
-    let seconds =
-        run.readings.len() as f64 / f64::from(setup.sensors.count()) * f64::from(STEP_MS) / 1e3;
-    text += &format!(
-        "\n{seconds:.0} s of the car's time; pictures in {}: overview.png shows all maps\n",
-        shown(out)
-    );
-    text
-}
-
-/// A share as a percentage.
-pub(super) fn percent(share: f64) -> String {
-    format!("{:.1} %", share * 100.0)
 }

@@ -1,10 +1,11 @@
 //! Many runs: \[004\]'s simulations 1 to 3, and the failures that its summary leaves as future work.
 
-use crate::recovery::Spread;
+use crate::statistics::Spread;
 use certainty_sim::fault::{FaultSpec, SpecError};
 use certainty_sim::robot::course::Course;
 use certainty_sim::robot::drive::{Drive, Event, EventKind};
-use certainty_sim::robot::pilot::{HealthMode, MapSource, PilotConfig};
+use certainty_sim::robot::pilot::PilotConfig;
+use certainty_sim::robot::pilot::{HealthMode, MapSource};
 use certainty_sim::robot::sensors::NAMES;
 use certainty_sim::world::LayoutError;
 use rayon::prelude::{IntoParallelRefIterator, ParallelIterator};
@@ -13,14 +14,14 @@ use serde::Serialize;
 /// When the faults of the study begin.
 const FROM: &str = "@2s";
 
-/// What befalls the sensors: kinds of faults of which the robot is not told.
+/// Kinds of faults that the robot receives no report of.
 pub const KINDS: [&str; 4] = ["stuck-far", "stuck-near", "near-noisy", "random"];
 
-/// Returns how a fault of `kind` that befalls `sensor` is written.
+/// Returns the faults of `kind` of `sensor`, as the command line writes them.
 fn faults_of(kind: &str, sensor: &str) -> Vec<String> {
     let fault = |kind: &str| format!("{kind}{FROM}");
     match kind {
-        // What is stuck says the same to the millimetre; with the noise of its electronics it does not.
+        // A stuck sensor repeats one distance to the millimetre; with noise it does not.
         "near-noisy" => vec![
             fault(&format!("stuck-near:{sensor}")),
             fault(&format!("noise:{sensor}=1%")),
@@ -29,31 +30,31 @@ fn faults_of(kind: &str, sensor: &str) -> Vec<String> {
     }
 }
 
-/// A study, before it is made.
+/// The parameters of a study.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Study {
     /// The first world; the others follow it.
     pub seed: u64,
-    /// How many random courses every case is driven in.
+    /// Number of random courses for every case.
     pub worlds: u32,
     /// What the histogram is made from.
     pub map: MapSource,
-    /// What of the core's rules is otherwise.
+    /// The differences from the core's default rules.
     pub pilot: PilotConfig,
 }
 
-/// What befalls which sensors, and who tells.
+/// Which sensors fail in which way, and where the robot's failure estimates come from.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Case {
-    /// What the case is called: a simulation's number, or the kind of fault.
+    /// The case's name: a simulation's number, or the kind of fault.
     pub name: &'static str,
-    /// The sensors' names, with a `+` between two; empty where none fails.
+    /// The sensors' names, with a `+` between two; empty if none fails.
     pub sensors: String,
-    /// How many sensors fail.
+    /// Number of sensors that fail.
     pub failing: usize,
-    /// Who tells.
+    /// Where failure estimates come from.
     pub health: HealthMode,
-    /// Whether full speed is allowed however little is seen.
+    /// Whether full speed is allowed at any coverage.
     pub bold: bool,
     faults: Vec<String>,
 }
@@ -65,7 +66,7 @@ pub struct Trial {
     pub world: u64,
     /// Whether the goal was reached.
     pub reached: bool,
-    /// How often an obstacle was touched.
+    /// Number of collisions with an obstacle.
     pub collisions: u32,
     /// The least clearance, in millimetres.
     pub min_clearance_mm: f64,
@@ -75,36 +76,36 @@ pub struct Trial {
     pub speed_deviation: f64,
     /// `v_M`.
     pub mean_speed: f64,
-    /// s, where the goal was reached.
+    /// s, if the goal was reached.
     pub route_m: Option<f64>,
-    /// T, where the goal was reached.
+    /// T, if the goal was reached.
     pub time_s: Option<f64>,
-    /// How many sensors failed.
+    /// Number of sensors that failed.
     pub failing: u32,
-    /// How many of them were found out.
+    /// Number of these that were diagnosed.
     pub found: u32,
-    /// How long that took, in seconds, of the last of them.
+    /// Seconds from a fault's start to its diagnosis, of the last of them.
     pub found_after_s: Option<f64>,
-    /// How many sound sensors were ever taken for broken.
+    /// Number of sound sensors that were ever diagnosed as failed.
     pub accused: u32,
 }
 
-/// What the trials of some cases have in common; its fields are a contract.
+/// Statistics over the trials of some cases; its fields are a contract.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Summary {
     /// The simulation or the kind of fault.
     pub name: String,
-    /// Who failed: sensors' names, or how many.
+    /// The failing sensors: their names, or `single` or `pair`.
     pub failing: String,
-    /// Who tells.
+    /// Where failure estimates come from.
     pub health_mode: &'static str,
-    /// Whether full speed was allowed however little was seen.
+    /// Whether full speed was allowed at any coverage.
     pub bold: bool,
-    /// How many runs.
+    /// Number of runs.
     pub runs: usize,
-    /// In how many the goal was reached.
+    /// Number of runs that reached the goal.
     pub reached: usize,
-    /// How often an obstacle was touched.
+    /// Number of collisions with an obstacle.
     pub collisions: u64,
     /// E of all.
     #[serde(rename = "E")]
@@ -121,28 +122,28 @@ pub struct Summary {
     /// `v_M` of all.
     #[serde(rename = "v_M")]
     pub mean_speed: Option<Spread>,
-    /// How many sensors that failed were found out, of how many.
+    /// Number of failed sensors that were diagnosed, and number of failed sensors.
     pub found: (u64, u64),
-    /// How long that took, in seconds, where all of a run's were.
+    /// Seconds to the diagnosis, of runs in which every failed sensor was diagnosed.
     pub found_after_s: Option<Spread>,
-    /// How many sound sensors were ever taken for broken.
+    /// Number of sound sensors that were ever diagnosed as failed.
     pub accused: u64,
 }
 
-/// A study that cannot be made; never in practice.
+/// Why a case cannot be driven; a test drives every one.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum StudyError {
-    /// No world can be made.
+    /// The layout has no world.
     #[error(transparent)]
     Layout(#[from] LayoutError),
-    /// A fault is none.
+    /// A fault cannot be parsed, or names no sensor.
     #[error(transparent)]
     Fault(#[from] SpecError),
 }
 
 impl Study {
-    /// Returns \[004\]'s simulations: none failed, FL, the scanner; each as cautious as this robot is and
-    /// as bold as \[004\]'s.
+    /// Returns \[004\]'s simulations: no failure, FL, the scanner; each with this robot's speed limit and
+    /// with full speed at any coverage as in \[004\].
     #[must_use]
     pub fn simulations() -> Vec<Case> {
         let silent = |sensor: &str| vec![format!("dropout:{sensor}=100%")];
@@ -170,7 +171,7 @@ impl Study {
         cases
     }
 
-    /// Returns every single failure and every pair of each kind, by every way to know of it.
+    /// Returns every single failure and every pair of each kind, by every [`HealthMode`].
     #[must_use]
     pub fn failures() -> Vec<Case> {
         let mut sets: Vec<Vec<&str>> = NAMES.iter().map(|&name| vec![name]).collect();
@@ -195,11 +196,11 @@ impl Study {
         cases
     }
 
-    /// Drives `case` in every world, on as many threads as rayon has.
+    /// Drives `case` in every world, in parallel on rayon's threads.
     ///
     /// # Errors
     ///
-    /// [`StudyError`], never in practice: a test drives every case.
+    /// [`StudyError`] if a course or a fault of the case is invalid.
     pub fn drive(&self, case: &Case) -> Result<Vec<Trial>, StudyError> {
         let worlds = 0..u64::from(self.worlds);
         let seeds: Vec<u64> = worlds
@@ -246,8 +247,8 @@ impl Study {
     }
 }
 
-/// How many that failed were found out, after how many seconds all of them, and how many sound ones were
-/// accused.
+/// Returns the number of failed sensors that were diagnosed, the seconds until all of them were, and the
+/// number of sound sensors that were diagnosed as failed.
 fn diagnosed(case: &Case, events: &[Event]) -> (u32, Option<f64>, u32) {
     let failed: Vec<&str> = case
         .sensors
@@ -275,7 +276,7 @@ fn diagnosed(case: &Case, events: &[Event]) -> (u32, Option<f64>, u32) {
 }
 
 impl Summary {
-    /// Sums up `trials` of the cases that `name`, `failing`, `health` and `bold` describe.
+    /// Computes the statistics of `trials` of the cases that `name`, `failing`, `health` and `bold` describe.
     #[must_use]
     pub fn of(name: &str, failing: &str, health: HealthMode, bold: bool, trials: &[Trial]) -> Self {
         let spread = |value: &dyn Fn(&Trial) -> Option<f64>| {
@@ -310,7 +311,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_single_failure_and_every_pair_of_every_kind_is_driven_by_every_mode() {
+    fn failures_are_all_singles_and_pairs_by_kind_and_mode() {
         let cases = Study::failures();
         assert_eq!(cases.len(), (7 + 21) * KINDS.len() * 3);
         let pairs = cases.iter().filter(|case| case.failing == 2).count();
@@ -323,7 +324,7 @@ mod tests {
     }
 
     #[test]
-    fn threads_change_nothing() {
+    fn the_number_of_threads_changes_nothing() {
         let study = Study {
             seed: 3,
             worlds: 3,

@@ -1,4 +1,4 @@
-//! Bayes that is told what no robot can know: the limit for whoever learns.
+//! Bayes with each sensor's true error rates: a limit for methods that learn them.
 
 use certainty_core::certainty::Certainty;
 use certainty_core::fusion::{Beam, Cell};
@@ -8,31 +8,30 @@ use certainty_sim::simulation::{Run, SimulatedReading, Truth};
 
 /// Eq. 1 of \[001\] with every sensor's true error rates, in real numbers.
 ///
-/// A word about a cell counts by how much more often *this* sensor says it of occupied cells than of
-/// free ones: ln(P(word | occupied) / P(word | free)). The rates are counted in other runs of the same
-/// kind, against the truth, apart for every sensor, for sound and for spoilt readings and for four
-/// distances. So the oracle knows at every reading whether a fault spoils it, and what such a reading
-/// is worth. What it does not know is which reading errs by chance.
+/// A claim about a cell has the weight ln(P(claim | occupied) / P(claim | free)): how much more often
+/// *this* sensor makes it of occupied cells than of free ones. The rates are counted in other runs of the
+/// same kind, against the truth, separately for every sensor, for readings with and without a fault, and
+/// for four distances. So the oracle has, for every reading, whether a fault affects it and how reliable
+/// such a reading is. It does not have which reading errs by chance.
 ///
-/// *Uncertain* behind an echo says nothing, as in eq. 1, and a cell of which nothing is known has even
-/// odds. It is a limit for maps that fuse cell by cell and take readings as independent; nothing keeps a
-/// method from beating it in a measure that it does not aim at.
+/// *Uncertain* behind an echo has no weight, as in eq. 1, and a cell without claims has even odds. It is a
+/// limit for maps that fuse cell by cell and treat readings as independent; by a metric that it does not
+/// minimise a method can have a smaller error.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Oracle {
-    /// Of each kind of reading, the weight of each word, in nat.
-    weights: Vec<[f64; WORDS]>,
+    /// Of each class of readings, the weight of each claim, in nat.
+    weights: Vec<[f64; CLAIMS]>,
 }
 
-/// Words of an echo's beam: free, rather free, rather occupied, occupied; and free because of *no
-/// object*.
-const WORDS: usize = 5;
-/// Parts of the range that are told apart.
+/// Claims of an echo's beam: free, rather free, rather occupied, occupied; and free by *no object*.
+const CLAIMS: usize = 5;
+/// Parts of the range that have rates of their own.
 const DISTANCES: usize = 4;
-/// Kinds of word of one sensor: by a spoilt reading or not, and how far away.
-const KINDS: usize = 2 * DISTANCES;
+/// Classes of one sensor's readings: with and without a fault, and by distance.
+const CLASSES: usize = 2 * DISTANCES;
 
-/// Which word a certainty is; none for *uncertain*.
-fn word(reading: Reading, certainty: Certainty) -> Option<usize> {
+/// Returns the index of the claim that a certainty is; none for *uncertain*.
+fn claim(reading: Reading, certainty: Certainty) -> Option<usize> {
     match (certainty, certainty.deviation()) {
         (_, ..0) if !matches!(reading, Reading::Echo(_)) => Some(4),
         (Certainty::FREE, _) => Some(0),
@@ -43,15 +42,15 @@ fn word(reading: Reading, certainty: Certainty) -> Option<usize> {
     }
 }
 
-/// Calls `tell` with the kind and the word of everything that a reading says, and the cell.
-fn words(run: &Run, taken: &SimulatedReading, tell: &mut impl FnMut(usize, usize, Cell)) {
+/// Calls `visit` with the class, the claim and the cell of every claim of a reading.
+fn claims(run: &Run, taken: &SimulatedReading, visit: &mut impl FnMut(usize, usize, Cell)) {
     let beam = Beam::from(&taken.beam);
     let geometry = run.reference.geometry();
     let slot = taken.beam.sensor.slot();
-    let first_kind = slot * KINDS + usize::from(taken.faulty) * DISTANCES;
+    let first_class = slot * CLASSES + usize::from(taken.faulty) * DISTANCES;
     let model = &run.models[slot];
     beam.interpret(&geometry, model, &mut |cell: Cell, certainty: Certainty| {
-        if let Some(word) = word(beam.reading, certainty) {
+        if let Some(claim) = claim(beam.reading, certainty) {
             let at = geometry.center(cell);
             let side = |a: i32, b: i32| f64::from(a) - f64::from(b);
             let (x, y) = (
@@ -60,26 +59,26 @@ fn words(run: &Run, taken: &SimulatedReading, tell: &mut impl FnMut(usize, usize
             );
             let part = x.hypot(y) / f64::from(FARTHEST.get()) * DISTANCES as f64;
             let distance = (part as usize).min(DISTANCES - 1);
-            tell(first_kind + distance, word, cell);
+            visit(first_class + distance, claim, cell);
         }
     });
 }
 
 impl Oracle {
-    /// Counts the rates in `runs`, which should be others than it will fuse, of the same crew.
+    /// Counts the rates in `runs`, which should be other runs than those to fuse, of the same sensors.
     #[must_use]
-    pub fn told(runs: &[Run]) -> Self {
-        let crew = runs.iter().map(|run| run.models.len()).max().unwrap_or(0);
-        // One of each before counting: what was never heard is rare, not impossible.
-        let mut counts = vec![[[1.0; WORDS]; 2]; crew * KINDS];
+    pub fn count(runs: &[Run]) -> Self {
+        let sensors = runs.iter().map(|run| run.models.len()).max().unwrap_or(0);
+        // Counts start at one: a claim that never occurred is rare, not impossible.
+        let mut counts = vec![[[1.0; CLAIMS]; 2]; sensors * CLASSES];
         for run in runs {
             for taken in &run.readings {
-                words(
+                claims(
                     run,
                     taken,
-                    &mut |kind, word, cell| match run.reference.cells()[cell.index()] {
-                        Truth::Free => counts[kind][0][word] += 1.0,
-                        Truth::Occupied => counts[kind][1][word] += 1.0,
+                    &mut |class, claim, cell| match run.reference.cells()[cell.index()] {
+                        Truth::Free => counts[class][0][claim] += 1.0,
+                        Truth::Occupied => counts[class][1][claim] += 1.0,
                         Truth::Unseen => {}
                     },
                 );
@@ -88,7 +87,7 @@ impl Oracle {
         let weights = counts.iter().map(|[free, occupied]| {
             let of_free: f64 = free.iter().sum();
             let of_occupied: f64 = occupied.iter().sum();
-            core::array::from_fn(|w| (occupied[w] / of_occupied / (free[w] / of_free)).ln())
+            core::array::from_fn(|c| (occupied[c] / of_occupied / (free[c] / of_free)).ln())
         });
         Self {
             weights: weights.collect(),
@@ -100,8 +99,9 @@ impl Oracle {
     pub fn fuse(&self, run: &Run) -> Vec<Certainty> {
         let mut odds = vec![0.0; run.reference.cells().len()];
         for taken in &run.readings {
-            words(run, taken, &mut |kind, word, cell| {
-                let weight = self.weights.get(kind).map_or(0.0, |weights| weights[word]);
+            claims(run, taken, &mut |class, claim, cell| {
+                let weights = self.weights.get(class);
+                let weight = weights.map_or(0.0, |weights| weights[claim]);
                 odds[cell.index()] += weight;
             });
         }
@@ -117,8 +117,7 @@ impl Oracle {
 mod tests {
     use super::*;
     use certainty_sim::fusion::Method;
-    use certainty_sim::simulation::Score;
-    use certainty_sim::simulation::{Length, Setup};
+    use certainty_sim::simulation::{Length, Score, Setup};
     use certainty_sim::transducer::SensorSet;
     use certainty_sim::world::{Layout, World};
     use std::sync::Arc;
@@ -133,29 +132,29 @@ mod tests {
         setup.run().unwrap()
     }
 
-    /// The weight of a word about a cell in the third quarter of the range.
-    fn weight(oracle: &Oracle, slot: usize, spoilt: bool, word: usize) -> f64 {
-        oracle.weights[slot * KINDS + usize::from(spoilt) * DISTANCES + 2][word]
+    /// The weight of a claim about a cell in the third quarter of the range.
+    fn weight(oracle: &Oracle, slot: usize, spoilt: bool, claim: usize) -> f64 {
+        oracle.weights[slot * CLASSES + usize::from(spoilt) * DISTANCES + 2][claim]
     }
 
     #[test]
-    fn it_knows_what_each_sensor_is_worth() {
+    fn weights_follow_each_sensors_error_rates() {
         let runs: Vec<_> = (100..140).map(|seed| run(seed, &["stuck-far:2"])).collect();
-        let oracle = Oracle::told(&runs);
+        let oracle = Oracle::count(&runs);
         // Sensor C of Table 1 sees nearly every object, A misses one in 25.
-        let (free, occupied, silent) = (0, 3, 4);
-        assert!(weight(&oracle, 2, false, silent) < weight(&oracle, 0, false, silent));
+        let (free, occupied, no_object) = (0, 3, 4);
+        assert!(weight(&oracle, 2, false, no_object) < weight(&oracle, 0, false, no_object));
         assert!(
             weight(&oracle, 0, false, free) < -0.5 && weight(&oracle, 0, false, occupied) > 1.0
         );
-        // A sensor that says "free" of everything says nothing.
-        assert!(weight(&oracle, 1, true, silent).abs() < 0.1);
+        // A sensor that reports every cell free has no weight.
+        assert!(weight(&oracle, 1, true, no_object).abs() < 0.1);
     }
 
     #[test]
-    fn a_sensor_it_knows_to_be_stuck_costs_it_little() {
+    fn a_stuck_sensor_costs_the_oracle_little() {
         let held_out: Vec<_> = (100..140).map(|seed| run(seed, &["stuck-far:3"])).collect();
-        let oracle = Oracle::told(&held_out);
+        let oracle = Oracle::count(&held_out);
         let (mut ours, mut bayes) = (0.0, 0.0);
         for seed in 0..20 {
             let run = run(seed, &["stuck-far:3"]);
@@ -166,9 +165,9 @@ mod tests {
     }
 
     #[test]
-    fn told_nothing_it_knows_nothing() {
+    fn without_runs_the_map_is_uncertain() {
         let run = run(1, &[]);
-        let cells = Oracle::told(&[]).fuse(&run);
+        let cells = Oracle::count(&[]).fuse(&run);
         assert!(cells.iter().all(|&cell| cell == Certainty::UNCERTAIN));
     }
 }

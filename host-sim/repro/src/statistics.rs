@@ -1,26 +1,48 @@
-//! What a handful of samples tells.
+//! Means, standard deviations, confidence intervals and waiting times of samples.
 
+use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-/// A mean and how far it may be off.
+/// A mean and the standard deviation of one sample; both 0 without samples.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Spread {
+    /// The mean.
+    pub mean: f64,
+    /// The standard deviation, of *n* − 1 degrees of freedom; 0 for a single sample.
+    pub sd: f64,
+}
+
+impl Spread {
+    /// Returns the spread of `samples`.
+    #[must_use]
+    pub fn of(samples: &[f64]) -> Self {
+        let count = samples.len().max(1) as f64;
+        let mean = samples.iter().sum::<f64>() / count;
+        let squares: f64 = samples.iter().map(|x| (x - mean) * (x - mean)).sum();
+        let sd = (squares / (count - 1.0).max(1.0)).sqrt();
+        Self { mean, sd }
+    }
+}
+
+/// A mean with its confidence interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
     /// The mean of the samples.
     pub mean: f64,
     /// Half the width of the interval that holds the true mean with 95 %, by Student's t; `None` for
-    /// a single sample, which tells nothing of the spread.
+    /// a single sample, which has no spread.
     pub half_width: Option<f64>,
 }
 
 impl Estimate {
-    /// Estimates the mean that `samples` are drawn around; `None` for none.
+    /// Estimates the mean of the distribution of `samples`; `None` without samples.
     #[must_use]
     pub fn of(samples: &[f64]) -> Option<Self> {
+        if samples.is_empty() {
+            return None;
+        }
         let count = samples.len() as f64;
-        let mean = match samples {
-            [] => return None,
-            _ => samples.iter().sum::<f64>() / count,
-        };
+        let mean = Spread::of(samples).mean;
         let half_width = standard_deviation(samples).and_then(|deviation| {
             let student = StudentsT::new(0.0, 1.0, count - 1.0).ok()?;
             Some(student.inverse_cdf(0.975) * deviation / count.sqrt())
@@ -29,24 +51,18 @@ impl Estimate {
     }
 }
 
-/// Returns the standard deviation that `samples` were drawn with (n − 1); `None` for fewer than two.
+/// Returns the standard deviation of the distribution of `samples` (n − 1); `None` for fewer than two.
 #[must_use]
 pub fn standard_deviation(samples: &[f64]) -> Option<f64> {
-    if samples.len() < 2 {
-        return None;
-    }
-    let count = samples.len() as f64;
-    let mean = samples.iter().sum::<f64>() / count;
-    let squares: f64 = samples.iter().map(|x| (x - mean) * (x - mean)).sum();
-    Some((squares / (count - 1.0)).sqrt())
+    (samples.len() >= 2).then(|| Spread::of(samples).sd)
 }
 
-/// How long something took, where it may not have happened before the watch ended.
+/// Waiting times until an event, of observations that may end before it.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Waits(Vec<Option<u64>>);
 
 impl Waits {
-    /// Adds how long it took; `None` where it did not happen.
+    /// Adds an observation: the wait, or `None` if the event did not happen.
     pub fn add(&mut self, wait: Option<u64>) {
         self.0.push(wait);
     }
@@ -56,18 +72,18 @@ impl Waits {
         self.0.iter().copied()
     }
 
-    /// Returns the share of the watches in which it happened; `None` without any watch.
+    /// Returns the share of the observations with the event; `None` without observations.
     #[must_use]
     pub fn share(&self) -> Option<f64> {
         let happened = self.0.iter().flatten().count();
         (!self.0.is_empty()).then(|| happened as f64 / self.0.len() as f64)
     }
 
-    /// Returns the shortest time within which it happened in `part` of the watches, 0 to 1; `None`
-    /// where it did not in so many.
+    /// Returns the shortest time within which the event happened in `part` of the observations, 0 to 1;
+    /// `None` if it happened in fewer.
     ///
-    /// What did not happen counts as longer than everything that did, so the median is known when
-    /// half of them happened.
+    /// An observation without the event counts as longer than every wait, so the median exists if half of
+    /// them have the event.
     #[must_use]
     pub fn quantile(&self, part: f64) -> Option<u64> {
         let mut waits = self.0.clone();
@@ -93,6 +109,13 @@ impl FromIterator<Option<u64>> for Waits {
 mod tests {
     use super::*;
 
+    #[test]
+    fn a_single_sample_has_no_spread() {
+        let one = Spread::of(&[0.7]);
+        assert_eq!((one.mean, one.sd), (0.7, 0.0));
+        assert_eq!(standard_deviation(&[0.7]), None);
+    }
+
     /// Student's t for 95 %, two-sided, as printed in tables.
     #[test]
     fn the_interval_is_students() {
@@ -109,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn what_never_happened_takes_longest() {
+    fn a_wait_without_event_is_longest() {
         let waits: Waits = [Some(5), None, Some(3), None].into_iter().collect();
         assert_eq!(waits.share(), Some(0.5));
         assert_eq!(waits.median(), Some(5));

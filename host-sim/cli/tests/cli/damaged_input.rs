@@ -76,14 +76,14 @@ fn damaged_lines_are_skipped_counted_and_reported() {
         let document = certainty(folder.path(), "replay input --json").json();
         assert_eq!(document["skipped_lines"], skipped, "{what}");
         assert_eq!(document["readings"], scans * BEAMS, "{what}");
-        let told = certainty(folder.path(), "replay input").stdout;
-        let reported = told.contains(&format!("{skipped} lines skipped"));
-        assert_eq!(reported, skipped > 0, "{what}: {told}");
+        let text = certainty(folder.path(), "replay input").stdout;
+        let reported = text.contains(&format!("{skipped} lines skipped"));
+        assert_eq!(reported, skipped > 0, "{what}: {text}");
     }
 }
 
 #[test]
-fn ranges_that_cannot_be_are_missing_and_draw_nothing() {
+fn impossible_ranges_are_missing_and_map_nothing() {
     for (word, kind) in [
         ("NaN", "missing"),
         ("-1", "missing"),
@@ -115,7 +115,7 @@ fn damaged_readings_are_skipped_counted_and_reported() {
 }
 
 #[test]
-fn time_that_goes_backward_is_told_and_nothing_is_lost() {
+fn backward_time_is_reported_and_no_reading_is_lost() {
     let times = [5.0, 6.0, 1.0, 7.0, 0.0];
     let log: String = times
         .iter()
@@ -127,15 +127,15 @@ fn time_that_goes_backward_is_told_and_nothing_is_lost() {
     for sensor in document["sensors"].as_array().unwrap() {
         assert_eq!(
             sensor["status"], "healthy",
-            "a clock set back makes nobody stale"
+            "a backward step makes no sensor stale"
         );
     }
-    let told = certainty(folder.path(), "replay input").stdout;
-    assert!(told.contains("2 times the clock went backwards"), "{told}");
+    let text = certainty(folder.path(), "replay input").stdout;
+    assert!(text.contains("2 backward steps of the clock"), "{text}");
 }
 
 #[test]
-fn a_gzip_cut_short_gives_what_came_before_the_cut() {
+fn a_cut_gzip_gives_the_part_before_the_cut() {
     let log: String = (0..60)
         .map(|second| {
             // Ranges with many digits, so that a cut falls between lines that are there.
@@ -152,6 +152,6 @@ fn a_gzip_cut_short_gives_what_came_before_the_cut() {
     assert_eq!(document["skipped_lines"], 1);
     let scans = document["readings"].as_u64().unwrap() / 180;
     assert!((40..60).contains(&scans), "{scans}");
-    let told = certainty(folder.path(), "replay input").stdout;
-    assert!(told.contains("compressed file cut short"), "{told}");
+    let text = certainty(folder.path(), "replay input").stdout;
+    assert!(text.contains("compressed file cut short"), "{text}");
 }

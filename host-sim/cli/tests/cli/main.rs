@@ -1,4 +1,4 @@
-//! The program `certainty` as its users run it: one module a subcommand, and what people bring.
+//! The program `certainty` from the command line: a module per subcommand, and for bad input.
 
 mod bad_input;
 mod calibrate;

@@ -1,11 +1,10 @@
-//! Maps for other programs: another program's loader sees what was written, and `compare` counts.
+//! Maps for other programs: the written files by the rules of `map_server`, and `compare`.
 
 use crate::support::map::{Cell, Map, write_drawn};
 use crate::support::program::certainty;
 use crate::support::recording::{Place, Room, all_around, flaser, log};
+use certainty_tests::pgm::pgm;
 use certainty_tests::process::Ran;
-use costmap::RosMapLoader;
-use costmap::types::{FREE, OCCUPIED, UNKNOWN};
 use serde_json::{Value, json};
 use std::fs;
 use std::path::Path;
@@ -31,55 +30,47 @@ fn map_of_the_l(folder: &Path, options: &str) -> Map {
     Map::read(&folder.join("out"))
 }
 
+/// `map_server`, trinary mode: darkness (255 - pixel) / 255 is occupied above `occupied_thresh`, free below
+/// `free_thresh`, else unknown. Its own writer has the pixels 0, 254 and 205 for these.
 #[test]
-fn another_loader_sees_the_same_size_place_and_cells() {
-    for options in [
-        "",
-        "--cell 50mm --fusion median",
-        "--cell 25cm --fusion bayes",
+fn a_map_has_the_pixels_of_map_server() {
+    for (options, resolution) in [
+        ("", "0.1"),
+        ("--cell 50mm --fusion median", "0.05"),
+        ("--cell 25cm --fusion bayes", "0.25"),
     ] {
         let folder = tempfile::tempdir().unwrap();
-        let ours = map_of_the_l(folder.path(), options);
-        let theirs = RosMapLoader::load_from_yaml(folder.path().join("out/map.yaml")).unwrap();
-        let size = (theirs.width() as usize, theirs.height() as usize);
-        assert_eq!(size, (ours.width, ours.height));
-        let info = theirs.info();
-        assert!((f64::from(info.resolution) - ours.resolution).abs() < 1e-6);
-        assert!((f64::from(info.origin.x) - ours.origin[0]).abs() < 1e-5);
-        assert!((f64::from(info.origin.y) - ours.origin[1]).abs() < 1e-5);
-        let mut seen = [0_u32; 3];
-        for (place, &state) in theirs.indexed_iter() {
-            let [x, y] = [place.x, place.y].map(|cell| cell as usize);
-            let expected = match ours.at(x, y) {
-                Cell::Free => FREE,
-                Cell::Unknown => UNKNOWN,
-                Cell::Occupied => OCCUPIED,
-            };
-            assert_eq!(state, expected, "{x}, {y} with {options}\n{ours}");
-            seen[ours.at(x, y) as usize] += 1;
+        let map = map_of_the_l(folder.path(), options);
+        let yaml = fs::read_to_string(folder.path().join("out/map.yaml")).unwrap();
+        for line in [
+            "image: map.pgm".to_owned(),
+            format!("resolution: {resolution}"),
+            "negate: 0".to_owned(),
+            "occupied_thresh: 0.65".to_owned(),
+            "free_thresh: 0.196".to_owned(),
+        ] {
+            assert!(
+                yaml.lines().any(|found| found == line),
+                "no {line} in {yaml}"
+            );
         }
-        assert!(
-            seen.iter().all(|&cells| cells > 20),
-            "every state occurs: {seen:?}"
-        );
+        let image = fs::read(folder.path().join("out/map.pgm")).unwrap();
+        let (width, height, pixels) = pgm(&image);
+        assert_eq!((width, height), (map.width, map.height));
+        for (pixel, state) in [(0, Cell::Occupied), (205, Cell::Unknown), (254, Cell::Free)] {
+            let of_state = |&&found: &&u8| found == pixel;
+            let count = pixels.iter().filter(of_state).count();
+            assert_eq!(count, map.places(state).len(), "{pixel} with {options}");
+            assert!(count > 20, "every state occurs: {count} of {pixel}");
+        }
     }
 }
 
-/// The walls of the room are where they are in the other loader's map: not mirrored, not turned.
+/// The walls of the room are at their places in the map: not mirrored, not turned.
 #[test]
-fn another_loader_finds_the_walls_and_the_space_at_their_places() {
+fn walls_and_space_are_at_their_places() {
     let folder = tempfile::tempdir().unwrap();
-    let _ours = map_of_the_l(folder.path(), "--fusion bayes");
-    let theirs = RosMapLoader::load_from_yaml(folder.path().join("out/map.yaml")).unwrap();
-    let info = theirs.info();
-    let (resolution, origin) = (f64::from(info.resolution), info.origin);
-    let state = |x: f64, y: f64| {
-        let column = ((x - f64::from(origin.x)) / resolution).floor();
-        let row = ((y - f64::from(origin.y)) / resolution).floor();
-        let all: Vec<i8> = theirs.iter().copied().collect();
-        all.get(row as usize * theirs.width() as usize + column as usize)
-            .copied()
-    };
+    let map = map_of_the_l(folder.path(), "--fusion bayes");
     let walls = [
         (-1.03, 1.55, "left"),
         (-1.03, -0.95, "left"),
@@ -90,7 +81,7 @@ fn another_loader_finds_the_walls_and_the_space_at_their_places() {
         (0.05, 3.06, "upper end of the short arm"),
     ];
     for (x, y, name) in walls {
-        assert_eq!(state(x, y), Some(OCCUPIED), "{name} at {x}, {y}");
+        assert_eq!(map.at_place(x, y), Cell::Occupied, "{name} at {x}, {y}");
     }
     for (x, y) in [
         (0.0, 0.0),
@@ -99,11 +90,11 @@ fn another_loader_finds_the_walls_and_the_space_at_their_places() {
         (4.5, -1.0),
         (3.0, -0.5),
     ] {
-        assert_eq!(state(x, y), Some(FREE), "inside at {x}, {y}");
+        assert_eq!(map.at_place(x, y), Cell::Free, "inside at {x}, {y}");
     }
-    // What an L leaves out, and what its mirror images would not.
+    // Outside an L, and inside its mirror images.
     for (x, y) in [(3.0, 1.5), (4.5, 2.5), (2.0, 1.0)] {
-        assert_eq!(state(x, y), Some(UNKNOWN), "outside at {x}, {y}");
+        assert_eq!(map.at_place(x, y), Cell::Unknown, "outside at {x}, {y}");
     }
 }
 
@@ -172,9 +163,9 @@ fn an_edited_map_is_counted_cell_by_cell() {
     assert_eq!(document["misaligned"], false);
 }
 
-/// B is A one cell to the right: A's column x lies on B's column x − 1, one column hangs over.
+/// B is A one cell to the right: A's column x lies on B's column x − 1, one column has no partner.
 #[test]
-fn a_shifted_map_is_compared_where_both_are() {
+fn a_shifted_map_is_compared_in_the_overlap() {
     let document = compare(&A, &A, [-0.9, 2.0]).json();
     // Over each other lie, the highest row first (A's columns 1 to 4 over B's 0 to 3):
     //   ###?   #..?   ..## is of the third row, and ###. of the lowest; B: ####, #..#, #..#, ####
@@ -199,14 +190,14 @@ fn a_shifted_map_is_compared_where_both_are() {
 }
 
 #[test]
-fn maps_between_cells_are_compared_and_said_to_be() {
+fn misaligned_maps_are_compared_and_marked() {
     let document = compare(&A, &A, [-0.96, 2.0]).json();
     assert_eq!(document["misaligned"], true);
     assert_eq!(document["agreement"], 1.0, "the nearest cells are the same");
 }
 
 #[test]
-fn maps_with_nothing_in_common_to_know_have_no_fractions() {
+fn maps_without_common_known_cells_have_no_fractions() {
     let document = compare(&["?#"], &["??"], [-1.0, 2.0]).json();
     assert_eq!(document["agreement"], Value::Null);
     assert_eq!(document["ghost_fraction"], Value::Null);
@@ -229,7 +220,7 @@ fn what_cannot_be_compared_is_refused() {
 }
 
 #[test]
-fn the_report_for_people_says_what_the_document_says() {
+fn the_text_has_the_figures_of_the_document() {
     let folder = tempfile::tempdir().unwrap();
     write_drawn(folder.path(), "a", &A, 0.1, [-1.0, 2.0]);
     write_drawn(folder.path(), "b", &A, 0.1, [-0.9, 2.0]);
@@ -247,7 +238,7 @@ fn the_report_for_people_says_what_the_document_says() {
 }
 
 #[test]
-fn a_map_that_was_loaded_and_written_again_is_the_same_to_compare() {
+fn a_rewritten_map_compares_equal() {
     let folder = tempfile::tempdir().unwrap();
     let map = map_of_the_l(folder.path(), "");
     let drawing = map.to_string();

@@ -1,7 +1,8 @@
-//! The command line's contract of `certainty monitor`, whatever comes over the line.
+//! `certainty monitor`: its contract, with good and damaged telemetry.
 
 use crate::support::input::{certainty, folder_with};
 use crate::support::program::command;
+use crate::support::shape::shape;
 use certainty_control::{Effort, Wheels};
 use certainty_core::certainty::Certainty;
 use certainty_core::fusion::{BayesGrid, CertaintyGrid, Environment, Measurement, Shape, Strength};
@@ -13,7 +14,7 @@ use certainty_firmware::smart_car::{CELLS, POSE, SENSORS, SmartCarShape};
 use certainty_firmware::telemetry::{
     Drive, DriveState, Encoder, FRAME, Head, Hello, Outbox, Ranger, Report, Reporter, Statistics,
 };
-use certainty_tests::process::{PATIENCE, Ran, keys, run, wait};
+use certainty_tests::process::{PATIENCE, Ran, run, wait};
 use serde_json::Value;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Write};
@@ -21,7 +22,7 @@ use std::net::TcpListener;
 use std::process::Stdio;
 use std::thread;
 
-/// What a board sends, kept.
+/// The bytes that a board sends.
 #[derive(Default)]
 struct Line(Vec<u8>);
 
@@ -36,8 +37,7 @@ impl Outbox for Line {
 /// health of three sensors, statistics.
 const ROUND: usize = 8;
 
-/// A capture of so many rounds, in each of which a further cell is found occupied, and the map after
-/// the last.
+/// A capture of `rounds` rounds, each with one more occupied cell, and the map after the last.
 fn capture(rounds: u32) -> (Vec<u8>, Vec<u8>) {
     let geometry = SmartCarShape.geometry();
     let mut grid = BayesGrid::try_new(SmartCarShape, Strength::UNLIMITED, [0; CELLS]).unwrap();
@@ -81,12 +81,12 @@ fn capture(rounds: u32) -> (Vec<u8>, Vec<u8>) {
     (reporter.release().0, cells)
 }
 
-/// Frames of a capture of so many rounds: the first has the hello and the whole map in four parts.
+/// Frames of a capture of `rounds` rounds: the first has the hello and the whole map in four parts.
 fn frames(rounds: usize) -> usize {
     4 + ROUND * rounds
 }
 
-/// Listens to a file of `bytes`.
+/// Monitors a file of `bytes`.
 fn monitored(bytes: impl AsRef<[u8]>, options: &str) -> Ran {
     let folder = folder_with(bytes);
     certainty(folder.path(), &format!("monitor input {options}"))
@@ -100,63 +100,14 @@ fn cells(document: &Value) -> Vec<u8> {
 }
 
 #[test]
-fn json_has_exactly_the_keys_of_the_contract() {
+fn json_has_the_shape_of_its_snapshot() {
     let (bytes, _) = capture(2);
     let document = monitored(bytes, "--json").json();
-    let top = [
-        "bytes",
-        "crc_errors",
-        "drive",
-        "ended",
-        "frames",
-        "lost",
-        "map",
-        "other_version",
-        "port",
-        "pose",
-        "rangers",
-        "restarts",
-        "round_ms",
-        "sensors",
-        "statistics",
-        "too_long",
-        "truncated",
-        "undecodable",
-        "version_heard",
-    ];
-    assert_eq!(keys(&document), top);
-    let map = [
-        "cell_mm",
-        "cells",
-        "complete",
-        "frames_ago",
-        "generation",
-        "height",
-        "width",
-        "x_mm",
-        "y_mm",
-    ];
-    assert_eq!(keys(&document["map"]), map);
-    for sensor in document["sensors"].as_array().unwrap() {
-        assert_eq!(keys(sensor), ["direction_deg", "health", "id", "reading"]);
-        let health = [
-            "confidence",
-            "confirmations",
-            "contradictions",
-            "missing",
-            "status",
-        ];
-        assert_eq!(keys(&sensor["health"]), health);
-    }
-    assert_eq!(
-        keys(&document["statistics"]),
-        ["overruns", "round", "tick_ms", "unsent"]
-    );
-    assert_eq!(keys(&document["pose"]), ["heading_deg", "x_mm", "y_mm"]);
+    insta::assert_json_snapshot!("monitor", shape(&document));
 }
 
 #[test]
-fn a_capture_says_what_the_board_sent() {
+fn a_capture_has_what_the_board_sent() {
     let (bytes, sent) = capture(5);
     let length = bytes.len();
     let document = monitored(bytes, "--json").json();
@@ -202,16 +153,19 @@ fn a_capture_says_what_the_board_sent() {
 }
 
 #[test]
-fn garbage_is_skipped_and_told_and_the_map_still_right() {
+fn garbage_is_skipped_and_counted() {
     let (bytes, sent) = capture(4);
     let noise: Vec<u8> = (0..200_u8).map(|byte| byte.wrapping_mul(37) | 1).collect();
     let middle = bytes.len() - 20;
     let dirty = [&noise[..], &[0], &bytes[..middle], &noise, &bytes[middle..]].concat();
     let document = monitored(dirty, "--json").json();
     assert_eq!(document["too_long"], 2);
-    // One of the last frames is hit by the noise; the last of all tells that one is missing.
-    let heard = document["frames"].as_u64().unwrap();
-    assert_eq!(heard + document["lost"].as_u64().unwrap(), frames(4) as u64);
+    // The noise destroys one of the last frames; the last one's number shows that one is missing.
+    let received = document["frames"].as_u64().unwrap();
+    assert_eq!(
+        received + document["lost"].as_u64().unwrap(),
+        frames(4) as u64
+    );
     assert_eq!(document["lost"], 1);
     assert_eq!(document["map"]["complete"], true);
     assert_eq!(cells(&document), sent);
@@ -231,8 +185,8 @@ fn a_map_with_a_part_missing_is_not_called_complete() {
     assert_eq!(document["map"]["generation"], Value::Null);
     assert_ne!(cells(&document), sent);
     let folder = folder_with(bytes);
-    let told = certainty(folder.path(), "monitor input").stdout;
-    assert!(told.contains("map 2, complete"), "{told}");
+    let text = certainty(folder.path(), "monitor input").stdout;
+    assert!(text.contains("map 2, complete"), "{text}");
 }
 
 #[test]
@@ -276,7 +230,7 @@ fn without_a_terminal_each_report_is_a_line() {
 }
 
 #[test]
-fn lost_and_damaged_frames_are_told_where_they_are_missing() {
+fn lost_and_damaged_frames_have_lines_in_place() {
     let (bytes, _) = capture(2);
     let mut parts: Vec<Vec<u8>> = bytes
         .split_inclusive(|&byte| byte == 0)
@@ -284,16 +238,16 @@ fn lost_and_damaged_frames_are_told_where_they_are_missing() {
         .collect();
     parts[7][3] ^= 0x10;
     parts.remove(5);
-    let told = monitored(parts.concat(), "").stdout;
-    let lines: Vec<&str> = told.lines().collect();
+    let text = monitored(parts.concat(), "").stdout;
+    let lines: Vec<&str> = text.lines().collect();
     assert_eq!(lines[5], "      1 frame lost");
     assert_eq!(lines[7], "      a frame is damaged");
     assert_eq!(lines[8], "      1 frame lost");
-    assert!(told.contains("2 lost, 1 damaged"), "{told}");
+    assert!(text.contains("2 lost, 1 damaged"), "{text}");
 }
 
 #[test]
-fn it_ends_after_so_many_reports() {
+fn it_ends_after_the_given_number_of_reports() {
     let (bytes, _) = capture(3);
     let document = monitored(&bytes, "--json --frames 6").json();
     assert_eq!(
@@ -325,7 +279,7 @@ fn standard_input_and_tcp_are_ports_too() {
 
 #[cfg(unix)]
 #[test]
-fn ctrl_c_ends_a_silent_line_with_what_was_heard() {
+fn ctrl_c_ends_with_a_report_of_what_was_received() {
     let (bytes, _) = capture(1);
     let folder = tempfile::tempdir().unwrap();
     let mut child = command(folder.path(), ["monitor", "-"])
@@ -335,26 +289,26 @@ fn ctrl_c_ends_a_silent_line_with_what_was_heard() {
         .unwrap();
     let mut board = child.stdin.take().unwrap();
     board.write_all(&bytes).unwrap();
-    let mut told = BufReader::new(child.stdout.take().unwrap());
+    let mut text = BufReader::new(child.stdout.take().unwrap());
     let mut line = String::new();
     while !line.contains("round 0") {
         line.clear();
-        assert_ne!(told.read_line(&mut line).unwrap(), 0);
+        assert_ne!(text.read_line(&mut line).unwrap(), 0);
     }
     let number = child.id().to_string();
-    let asked = std::process::Command::new("kill")
+    let killed = std::process::Command::new("kill")
         .args(["-INT", &number])
         .status();
-    assert!(asked.unwrap().success());
+    assert!(killed.unwrap().success());
     assert_eq!(wait(&mut child, PATIENCE), Some(Some(0)));
     let mut rest = String::new();
-    told.read_to_string(&mut rest).unwrap();
+    text.read_to_string(&mut rest).unwrap();
     assert!(rest.ends_with("interrupted\n"), "{rest}");
     drop(board);
 }
 
 #[test]
-fn a_reader_that_goes_away_ends_it() {
+fn a_closed_pipe_ends_it() {
     let (bytes, _) = capture(1);
     let folder = tempfile::tempdir().unwrap();
     let mut child = command(folder.path(), ["monitor", "-"])
@@ -365,15 +319,15 @@ fn a_reader_that_goes_away_ends_it() {
         .unwrap();
     let mut board = child.stdin.take().unwrap();
     drop(child.stdout.take());
-    // The board goes on; the program must not.
+    // The board continues; the program must end.
     while board.write_all(&bytes).is_ok() {}
     assert_eq!(wait(&mut child, PATIENCE), Some(Some(0)));
-    let mut told = String::new();
-    child.stderr.unwrap().read_to_string(&mut told).unwrap();
-    assert_eq!(told, "");
+    let mut text = String::new();
+    child.stderr.unwrap().read_to_string(&mut text).unwrap();
+    assert_eq!(text, "");
 }
 
-/// The arguments are refused in one line that has all of `words`.
+/// Asserts that the arguments are refused in one line with all of `words`.
 fn assert_refused(content: &[u8], arguments: &str, words: &[&str]) {
     let folder = folder_with(content);
     std::fs::create_dir(folder.path().join("directory")).unwrap();
@@ -387,19 +341,19 @@ fn assert_refused(content: &[u8], arguments: &str, words: &[&str]) {
 }
 
 #[test]
-fn what_is_no_telemetry_is_refused_in_one_line() {
+fn other_input_than_telemetry_is_refused_in_one_line() {
     let noise: Vec<u8> = (0..40_000_u32)
         .map(|number| (number.wrapping_mul(0x9E37_79B9) >> 24) as u8)
         .collect();
-    assert_refused(b"", "input", &["input: nothing came"]);
-    assert_refused(b"", "-", &["stdin: nothing came"]);
+    assert_refused(b"", "input", &["input: no bytes received"]);
+    assert_refused(b"", "-", &["stdin: no bytes received"]);
     assert_refused(
         &noise,
         "input",
-        &["input: not one whole frame in 40000 bytes", "--baud"],
+        &["input: no complete frame in 40000 bytes", "--baud"],
     );
-    assert_refused(&[0; 5000], "input", &["not one whole frame"]);
-    assert_refused(&[0x55; 5000], "input", &["not one whole frame"]);
+    assert_refused(&[0; 5000], "input", &["no complete frame"]);
+    assert_refused(&[0x55; 5000], "input", &["no complete frame"]);
     assert_refused(b"", "missing", &["missing: cannot be opened"]);
     assert_refused(b"", "directory", &["directory: is a directory"]);
     assert_refused(b"", "tcp:127.0.0.1:1", &["tcp:127.0.0.1:1: cannot connect"]);
@@ -411,12 +365,12 @@ fn what_is_no_telemetry_is_refused_in_one_line() {
     assert_refused(b"", "input --baud 0", &["--baud"]);
     assert_refused(b"", "input --frames 0", &["--frames"]);
     if cfg!(unix) {
-        assert_refused(b"", "/dev/null", &["/dev/null: nothing came"]);
+        assert_refused(b"", "/dev/null", &["/dev/null: no bytes received"]);
     }
 }
 
 #[test]
-fn how_the_robot_drives_is_told_in_words_and_in_json() {
+fn the_drive_is_in_the_text_and_in_json() {
     let drive = Drive {
         pose: POSE,
         wheels: Wheels {
@@ -431,25 +385,25 @@ fn how_the_robot_drives_is_told_in_words_and_in_json() {
     let report = Report::Drive(drive);
     let bytes = encoder.encode(&report, &mut frame).unwrap().to_vec();
     let words = monitored(bytes.clone(), "--plain").stdout;
-    let told = "wheels 0.75 right, -0.25 left, slowed, 1234mm to the goal";
-    assert!(words.contains(told), "{words}");
+    let text = "wheels 0.75 right, -0.25 left, slowed, 1234mm to the goal";
+    assert!(words.contains(text), "{words}");
     let document = monitored(bytes, "--json").json();
-    let told = &document["drive"];
-    assert_eq!(keys(told), ["conduct", "left", "right", "to_goal_mm"]);
+    let text = &document["drive"];
+    insta::assert_json_snapshot!("monitor-drive", shape(text));
     assert_eq!(
-        (&told["right"], &told["left"]),
+        (&text["right"], &text["left"]),
         (&0.75.into(), &(-0.25).into())
     );
     assert_eq!(
-        (&told["conduct"], &told["to_goal_mm"]),
+        (&text["conduct"], &text["to_goal_mm"]),
         (&"slowed".into(), &1234.into())
     );
     assert_eq!(document["pose"]["x_mm"], POSE.at.x_mm());
 }
 
-/// Who reads that it is late waits; who reads these goes and starts it.
+/// A late car goes on by itself; these states need a person.
 #[test]
-fn that_it_stands_until_it_is_started_by_hand_is_told() {
+fn a_state_that_needs_a_start_by_hand_is_rendered() {
     for (conduct, words) in [
         (DriveState::Lost, "lost: start it by hand"),
         (DriveState::Restarted, "restarted: start it by hand"),
@@ -463,9 +417,9 @@ fn that_it_stands_until_it_is_started_by_hand_is_told() {
         });
         let mut frame = [0; FRAME];
         let bytes = Encoder::new().encode(&report, &mut frame).unwrap().to_vec();
-        let told = monitored(bytes.clone(), "--plain").stdout;
+        let text = monitored(bytes.clone(), "--plain").stdout;
         let words = format!("0.00 left, {words}, 762mm to the goal");
-        assert!(told.contains(&words), "{told}");
+        assert!(text.contains(&words), "{text}");
         let document = monitored(bytes, "--json").json();
         assert_eq!(document["drive"]["conduct"], conduct.to_string());
     }
@@ -473,9 +427,9 @@ fn that_it_stands_until_it_is_started_by_hand_is_told() {
 
 /// By hand: version 1, sequence 0, variant 6, four zeros, and their CRC-32 by zlib, 0xB45B216A.
 #[test]
-fn another_version_of_the_format_is_told() {
+fn another_version_of_the_format_is_reported() {
     let frame = [2, 1, 2, 6, 1, 1, 1, 5, 0x6A, 0x21, 0x5B, 0xB4, 0];
-    let words = ["input: telemetry in version 1", "this program reads 3"];
+    let words = ["input: telemetry in version 1", "expected version 3"];
     assert_refused(&frame, "input", &words);
     let (bytes, _) = capture(1);
     let document = monitored([&frame[..], &bytes].concat(), "--json").json();

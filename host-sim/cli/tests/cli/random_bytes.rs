@@ -1,4 +1,4 @@
-//! Whatever a recording's bytes are, loading it ends in beams that make sense or in one line.
+//! Recordings of random bytes: valid beams, or an error of one line.
 
 use crate::support::recording::{Place, flaser, gzip, robotlaser};
 use certainty_sim::replay::{HEADER, LoadOptions, load};
@@ -12,8 +12,8 @@ const PLACE: Place = Place {
     heading: 0.0,
 };
 
-/// Loads `bytes` as a recording: it ends, in beams that make sense or in one line.
-fn assert_loads_or_says_why(bytes: &[u8]) -> Result<(), TestCaseError> {
+/// Loads `bytes` as a recording and asserts valid beams or an error of one line.
+fn assert_loads_or_is_refused(bytes: &[u8]) -> Result<(), TestCaseError> {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("input");
     fs::write(&file, bytes).unwrap();
@@ -32,9 +32,9 @@ fn assert_loads_or_says_why(bytes: &[u8]) -> Result<(), TestCaseError> {
                 .max();
             prop_assert!(highest <= Some(recording.sensors));
             let tally = recording.tally();
-            let told = tally.echo + tally.no_object + tally.too_near + tally.missing;
-            prop_assert_eq!(told, recording.beams.len() as u64);
-            // No more beams than the bytes could name, unless they were packed.
+            let counted = tally.echo + tally.no_object + tally.too_near + tally.missing;
+            prop_assert_eq!(counted, recording.beams.len() as u64);
+            // Not more beams than the bytes can hold, unless they are compressed.
             if !bytes.starts_with(&[0x1F, 0x8B]) {
                 prop_assert!(recording.beams.len() <= bytes.len() / 2);
             }
@@ -70,7 +70,7 @@ proptest! {
     #[test]
     fn random_bytes_never_panic(bytes in prop::collection::vec(any::<u8>(), 0..2000), magic in any::<bool>()) {
         let start: &[u8] = if magic { &[0x1F, 0x8B, 8] } else { &[] };
-        assert_loads_or_says_why(&[start, &bytes].concat())?;
+        assert_loads_or_is_refused(&[start, &bytes].concat())?;
     }
 
     #[test]
@@ -90,7 +90,7 @@ proptest! {
                 _ => _ = bytes.remove(place),
             }
         }
-        assert_loads_or_says_why(&bytes)?;
+        assert_loads_or_is_refused(&bytes)?;
     }
 
     #[test]
@@ -110,6 +110,6 @@ proptest! {
             let place = place.index(words.len());
             words[place] = word;
         }
-        assert_loads_or_says_why(words.concat().as_bytes())?;
+        assert_loads_or_is_refused(words.concat().as_bytes())?;
     }
 }

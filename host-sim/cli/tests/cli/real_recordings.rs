@@ -1,4 +1,4 @@
-//! Real recordings become maps: of eight sonars, which come with the project, and of lasers.
+//! Maps of real recordings: of eight sonars, which are part of the project, and of lasers.
 
 use crate::support::map::{Cell, replay_file};
 use certainty_tests::{shared_data, workspace};
@@ -6,7 +6,7 @@ use std::fs;
 
 /// host-sim/data/README.md: 413 rounds of eight, 1,068 of them without an echo.
 #[test]
-fn the_shipped_sonars_are_counted_as_their_source_says() {
+fn the_shipped_sonars_have_their_sources_counts() {
     let (document, map) = replay_file(&workspace().join("host-sim/data/eight-sonar.csv"), "");
     assert_eq!(document["readings"], 413 * 8);
     assert_eq!(document["no_object"], 1068);
@@ -28,7 +28,7 @@ fn the_shipped_sonars_are_counted_as_their_source_says() {
 /// The first corridor leads along +x. Its walls scatter by 71 and 37 mm about a line in the
 /// readings themselves (host-sim/data/README.md): 95 % within two cells of 100 mm.
 #[test]
-fn the_side_walls_of_the_sonars_first_corridor_are_straight() {
+fn the_sonar_robots_first_corridor_is_straight() {
     let (_, map) = replay_file(&workspace().join("host-sim/data/eight-sonar.csv"), "");
     let occupied = map.places(Cell::Occupied);
     for side in [-1.0, 1.0] {
@@ -93,7 +93,7 @@ fn sonar_path() -> Vec<[f64; 2]> {
 }
 
 #[test]
-fn hardly_anything_stands_where_the_robot_with_the_sonars_drove() {
+fn few_cells_on_the_sonar_robots_path_are_occupied() {
     let (_, map) = replay_file(&workspace().join("host-sim/data/eight-sonar.csv"), "");
     let path = sonar_path();
     let blocked = path
@@ -104,7 +104,7 @@ fn hardly_anything_stands_where_the_robot_with_the_sonars_drove() {
 }
 
 #[test]
-fn most_of_where_the_robot_with_the_sonars_drove_is_free() {
+fn most_cells_on_the_sonar_robots_path_are_free() {
     let (_, map) = replay_file(&workspace().join("host-sim/data/eight-sonar.csv"), "");
     let path = sonar_path();
     let free = path
@@ -153,27 +153,27 @@ fn real_log(name: &str, readings: u64, no_object: u64) {
 }
 
 #[test]
-fn the_log_of_the_intel_lab_becomes_a_floor_plan() {
+fn the_intel_lab_log_becomes_a_floor_plan() {
     real_log("intel", 163_800, 11_455);
 }
 
 #[test]
-fn the_log_of_the_fhw_museum_becomes_a_floor_plan() {
+fn the_fhw_museum_log_becomes_a_floor_plan() {
     real_log("fhw", 87_840, 17_711);
 }
 
 #[test]
-fn the_log_of_the_acapulco_convention_center_becomes_a_floor_plan() {
+fn the_acapulco_log_becomes_a_floor_plan() {
     real_log("acapulco", 155_841, 78_163);
 }
 
 #[test]
-fn the_log_of_orebro_becomes_a_floor_plan() {
+fn the_orebro_log_becomes_a_floor_plan() {
     real_log("orebro", 42_897, 4664);
 }
 
 #[test]
-fn every_sensor_of_a_real_lab_is_healthy_and_a_silent_one_is_not() {
+fn a_real_labs_sensors_are_healthy_but_a_silent_one() {
     let Some(file) = shared_data("carmen/intel-corrected.log.gz") else {
         return;
     };

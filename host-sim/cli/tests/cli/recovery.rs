@@ -1,7 +1,8 @@
-//! `certainty recovery`: \[001\] §6.3, Fig. 7, as scripts rely on it.
+//! `certainty recovery`: \[001\] §6.3, Fig. 7.
 
 use crate::support::program::certainty;
-use certainty_tests::process::{Ran, keys};
+use crate::support::shape::shape;
+use certainty_tests::process::Ran;
 use serde_json::Value;
 use std::fs;
 
@@ -22,7 +23,7 @@ fn traces(document: &Value) -> Vec<Vec<f64>> {
 }
 
 /// Readings since the fault's end until sensor 1 is at most 5 % of full confidence below the mean of
-/// the others, told from the traces alone.
+/// the others, computed from the traces alone.
 fn first_return(document: &Value) -> Option<u64> {
     let traces = traces(document);
     let end = document["fault"]["to"].as_u64().unwrap();
@@ -35,40 +36,10 @@ fn first_return(document: &Value) -> Option<u64> {
 }
 
 #[test]
-fn json_has_exactly_the_keys_of_the_contract() {
+fn json_has_the_shape_of_its_snapshot() {
     for count in ["each", "all"] {
         let document = alone(&format!("recovery --json --seeds 3 --count {count}")).json();
-        let top = [
-            "confidence",
-            "count",
-            "fault",
-            "files",
-            "over_seeds",
-            "readings",
-            "recovered_after",
-            "rules",
-            "seed",
-            "sensors",
-        ];
-        assert_eq!(keys(&document), top);
-        let fault = ["from", "kind", "sensor", "spec", "to"];
-        assert_eq!(keys(&document["fault"]), fault);
-        let over_seeds = [
-            "below_others",
-            "clearly_below",
-            "clearly_below_without_fault",
-            "lowest_confidence",
-            "median",
-            "median_of_clearly_below",
-            "p10",
-            "p90",
-            "recovered",
-            "seeds",
-        ];
-        assert_eq!(keys(&document["over_seeds"]), over_seeds);
-        for spread in ["below_others", "lowest_confidence"] {
-            assert_eq!(keys(&document["over_seeds"][spread]), ["mean", "sd"]);
-        }
+        insta::assert_json_snapshot!(format!("recovery-{count}"), shape(&document));
         assert_eq!(document["over_seeds"]["seeds"], 3);
         assert_eq!(document["readings"], 200);
         assert_eq!(document["count"], count);
@@ -105,7 +76,7 @@ fn the_fault_is_the_papers() {
 }
 
 #[test]
-fn every_choice_draws_another_figure_and_is_named() {
+fn every_option_changes_the_figure_and_is_named() {
     let plain = alone("recovery --json --seeds 1").json();
     assert_eq!(
         (&plain["sensors"], &plain["rules"]),
@@ -125,7 +96,7 @@ fn every_choice_draws_another_figure_and_is_named() {
     }
 }
 
-/// The unfaulted twin knows nothing of the noise, and sensor 1 of CCC falls by the noise alone.
+/// The control run has no noise, and sensor 1 of CCC falls by the noise alone.
 #[test]
 fn the_control_is_the_same_whatever_the_noise() {
     let over = |noise: &str| {
@@ -141,7 +112,7 @@ fn the_control_is_the_same_whatever_the_noise() {
 }
 
 #[test]
-fn three_sensors_start_at_full_confidence_and_have_200_points_each() {
+fn three_sensors_start_at_full_confidence() {
     for count in ["each", "all"] {
         let document = alone(&format!("recovery --json --seeds 1 --count {count}")).json();
         let traces = traces(&document);
@@ -156,7 +127,7 @@ fn three_sensors_start_at_full_confidence_and_have_200_points_each() {
 }
 
 #[test]
-fn recovered_after_is_what_the_traces_say() {
+fn recovered_after_follows_from_the_traces() {
     for count in ["each", "all"] {
         for seed in 1..=10 {
             let run = format!("recovery --json --seeds 1 --count {count} --seed {seed}");
@@ -183,7 +154,7 @@ fn a_single_seed_is_its_own_median() {
 }
 
 #[test]
-fn the_same_seed_gives_the_same_bytes_and_another_seed_others() {
+fn the_seed_decides_the_bytes() {
     let run = |seed: u64| alone(&format!("recovery --json --seeds 5 --seed {seed}")).stdout;
     assert_eq!(run(7), run(7));
     let (seventh, eighth) = (
@@ -195,7 +166,7 @@ fn the_same_seed_gives_the_same_bytes_and_another_seed_others() {
 }
 
 #[test]
-fn the_confidences_are_written_as_a_table() {
+fn the_confidences_are_written_as_csv() {
     let folder = tempfile::tempdir().unwrap();
     let document = certainty(folder.path(), "recovery --json --seeds 1 --out figures").json();
     let files = [
@@ -244,7 +215,7 @@ fn the_confidences_are_written_as_a_table() {
 }
 
 #[test]
-fn the_report_for_people_is_plain_and_fits_80_columns() {
+fn the_text_is_plain_and_fits_80_columns() {
     for choice in ["--count each", "--count all", "--sensors CDEABCDEABCDEAB"] {
         let ran = alone(&format!("recovery --seeds 5 {choice}"));
         assert_eq!((ran.code, ran.stderr.as_str()), (Some(0), ""));
@@ -273,11 +244,11 @@ fn bad_input_is_refused_in_one_line() {
         ("recovery --seeds 100001", "--seeds"),
         ("recovery --seeds many", "many"),
         ("recovery --seed -1", "-1"),
-        ("recovery --count some", "write each or all"),
-        ("recovery --noise loud", "write output or echo"),
+        ("recovery --count some", "possible values: each, all"),
+        ("recovery --noise loud", "possible values: output, echo"),
         (
             "recovery --rules none",
-            "expected shipped, letter or coarse",
+            "possible values: shipped, letter, coarse",
         ),
         ("recovery --sensors AB", "three or more"),
         ("recovery --sensors XYZ", "letters A to E"),

@@ -1,11 +1,12 @@
-//! Recordings become maps: of a room that is known.
+//! `certainty replay`: maps of a known room.
 
 use crate::support::map::{Cell, Map};
 use crate::support::program::{certainty, command};
 use crate::support::recording::{
     BEAMS, NO_ECHO_M, Place, Room, all_around, flaser, gzip, log, robotlaser,
 };
-use certainty_tests::process::{Ran, keys, run};
+use crate::support::shape::shape;
+use certainty_tests::process::{Ran, run};
 use certainty_tests::workspace;
 use core::time::Duration;
 use serde_json::Value;
@@ -68,43 +69,14 @@ fn untimed(mut document: Value) -> Value {
 }
 
 #[test]
-fn json_has_exactly_the_keys_of_the_contract() {
+fn json_has_the_shape_of_its_snapshot() {
     let folder = tempfile::tempdir().unwrap();
     let sonar = workspace().join("host-sim/data/eight-sonar.csv");
     let arguments = ["replay", sonar.to_str().unwrap(), "--json"];
     let ran = run(command(folder.path(), arguments), Duration::from_secs(60));
     assert_eq!(ran.stderr, "");
     let document = ran.json();
-    let expected = [
-        "cells_updated",
-        "echo",
-        "files",
-        "grid",
-        "insert_seconds",
-        "missing",
-        "no_object",
-        "readings",
-        "sensors",
-        "skipped_lines",
-        "too_near",
-    ];
-    assert_eq!(keys(&document), expected);
-    assert_eq!(
-        keys(&document["grid"]),
-        ["bytes_per_cell", "cell_mm", "height", "width"]
-    );
-    let expected = [
-        "confidence",
-        "confirmations",
-        "contradictions",
-        "id",
-        "missing",
-        "readings",
-        "status",
-    ];
-    for sensor in document["sensors"].as_array().unwrap() {
-        assert_eq!(keys(sensor), expected);
-    }
+    insta::assert_json_snapshot!("replay", shape(&document));
     assert_eq!(
         document["files"],
         serde_json::json!(["out/map.png", "out/map.pgm", "out/map.yaml"])
@@ -114,9 +86,9 @@ fn json_has_exactly_the_keys_of_the_contract() {
     }
 }
 
-/// Half a cell beside the axis is inside the cone, as its documentation says.
+/// Half a cell beside the axis is inside the cone, as documented.
 #[test]
-fn a_cone_frees_what_lies_before_the_sensor_wherever_the_sensor_stands_in_its_cell() {
+fn a_cone_frees_the_cells_ahead_from_anywhere_in_a_cell() {
     for x_mm in [0, 50] {
         // Looks up, more than once because one beam that passes does not make a cell free; and two short
         // echoes that make the map as large as the cone is long.
@@ -136,7 +108,7 @@ fn a_cone_frees_what_lies_before_the_sensor_wherever_the_sensor_stands_in_its_ce
     }
 }
 
-/// Walls where they are, nothing else anywhere, free inside, unknown outside.
+/// Asserts walls at their places, free inside, unknown outside.
 fn assert_square_room(map: &Map, what: &str) {
     // The cells that hold a wall begin at 2.9 m and end at 3.0 m.
     let outermost = |[x, y]: [f64; 2]| x.abs().max(y.abs());
@@ -169,13 +141,13 @@ fn assert_square_room(map: &Map, what: &str) {
         }
     }
     for wall in walls {
-        // A beam that grazes a wall may free a cell of it, and the robust grid believes the latest.
+        // A grazing beam may free a wall's cell, and the robust grid takes the latest claim.
         assert!(wall >= 46, "{what}: {wall} of 58 cells of a wall\n{map}");
     }
 }
 
 #[test]
-fn a_known_room_has_its_walls_where_they_are_by_every_method() {
+fn every_method_maps_a_known_rooms_walls() {
     for (method, bytes_per_cell) in [
         ("bayes", 1.0),
         ("robust", 1.25),
@@ -219,7 +191,7 @@ fn gzip_and_plain_give_the_same_map() {
 }
 
 #[test]
-fn robotlaser1_gives_the_map_of_the_same_beams_as_flaser() {
+fn robotlaser1_and_flaser_give_the_same_map() {
     let newer = log(&square_room(), &tour(), robotlaser);
     assert!(newer.starts_with("ROBOTLASER1 "));
     let (older, older_map) = replay(room_log(), "--json");
@@ -232,13 +204,13 @@ fn robotlaser1_gives_the_map_of_the_same_beams_as_flaser() {
 #[test]
 fn the_format_can_be_named() {
     let (named, map) = replay(room_log(), "--json --format carmen");
-    let (told, same) = replay(room_log(), "--json --format auto");
-    assert_eq!(untimed(named.json()), untimed(told.json()));
+    let (found, same) = replay(room_log(), "--json --format auto");
+    assert_eq!(untimed(named.json()), untimed(found.json()));
     assert_eq!(map, same);
 }
 
 #[test]
-fn readings_at_or_beyond_the_largest_range_are_never_obstacles() {
+fn readings_beyond_the_range_are_no_obstacles() {
     let place = all_around(0.0, 0.0)[0];
     for metres in [8.0, 8.001, 50.0, NO_ECHO_M, 1e9] {
         let line = flaser(&[metres; BEAMS], place, 0.0);
@@ -252,7 +224,7 @@ fn readings_at_or_beyond_the_largest_range_are_never_obstacles() {
             );
         }
     }
-    // Below it they are: the border is where the option says.
+    // Below the range they are obstacles.
     let (ran, map) = replay(flaser(&[7.999; BEAMS], place, 0.0), "--json");
     assert_eq!(ran.json()["echo"], BEAMS);
     assert!(!map.places(Cell::Occupied).is_empty());
@@ -269,7 +241,7 @@ fn a_room_beyond_the_largest_range_is_open_space() {
 }
 
 #[test]
-fn the_cells_are_as_large_as_asked_for() {
+fn cells_have_the_size_of_the_option() {
     for (cell, resolution) in [("50mm", 0.05), ("20cm", 0.2), ("1m", 1.0)] {
         let (ran, map) = replay(room_log(), &format!("--json --cell {cell}"));
         assert!((map.resolution - resolution).abs() < 1e-9);
@@ -284,7 +256,7 @@ fn the_cells_are_as_large_as_asked_for() {
 }
 
 #[test]
-fn a_stuck_sensor_loses_confidence_and_the_others_keep_the_room() {
+fn a_stuck_sensor_loses_confidence_but_not_the_room() {
     let (ran, map) = replay(room_log(), "--json --fault stuck-far:2 --fusion median");
     // Sensors 1 and 3 are the majority wherever both saw a cell.
     for place in map.places(Cell::Occupied) {
@@ -304,7 +276,7 @@ fn a_stuck_sensor_loses_confidence_and_the_others_keep_the_room() {
 }
 
 #[test]
-fn a_silent_sensor_is_missing_and_failed_while_the_others_draw_the_room() {
+fn a_silent_sensor_fails_and_the_others_map_the_room() {
     let (ran, map) = replay(room_log(), "--json --fault dropout:2=100% --fusion robust");
     let document = ran.json();
     let sensors = document["sensors"].as_array().unwrap();

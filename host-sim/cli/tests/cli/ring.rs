@@ -1,15 +1,16 @@
-//! `certainty ring`: its documents, files and errors.
+//! `certainty ring`: \[003\]'s check of a sonar ring.
 
 use crate::support::input::folder_with;
 use crate::support::program::certainty;
+use crate::support::shape::shape;
 use certainty_ring::{Assessment, Distances, Echoes, Element, Monitor, Polygon, Scan};
-use certainty_tests::process::{Ran, keys};
+use certainty_tests::process::Ran;
 use certainty_tests::shared_data;
 use serde_json::Value;
 use std::fs;
 
 /// Runs the program in a folder of its own.
-fn run_alone(arguments: &str) -> Ran {
+fn alone(arguments: &str) -> Ran {
     let folder = tempfile::tempdir().unwrap();
     certainty(folder.path(), arguments)
 }
@@ -21,14 +22,14 @@ fn numbers(value: &Value) -> Vec<u64> {
 
 const VECTORS: [&str; 3] = ["intersection_based", "overall", "simulation_based"];
 
-/// The overall vector, checked to be the sum of the other two.
+/// The three vectors, of which the third is the sum of the two others.
 fn overall(vectors: &Value) -> Vec<u64> {
-    assert_eq!(keys(vectors), VECTORS);
-    let [intersection, overall, simulation] = VECTORS.map(|name| numbers(&vectors[name]));
+    assert_eq!(vectors.as_object().unwrap().len(), VECTORS.len());
+    let [meeting, overall, simulated] = VECTORS.map(|name| numbers(&vectors[name]));
     assert_eq!(overall.len(), 24);
-    for (slot, &sum) in overall.iter().enumerate() {
-        assert_eq!(sum, intersection[slot] + simulation[slot]);
-        assert!(intersection[slot] <= 35 && simulation[slot] <= 7);
+    for (place, &sum) in overall.iter().enumerate() {
+        assert_eq!(sum, meeting[place] + simulated[place]);
+        assert!(meeting[place] <= 35 && simulated[place] <= 7);
     }
     overall
 }
@@ -37,11 +38,7 @@ fn overall(vectors: &Value) -> Vec<u64> {
 fn a_check_reports_vectors_and_draws_the_figures() {
     let folder = tempfile::tempdir().unwrap();
     let document = certainty(folder.path(), "ring --fault 4 --json").json();
-    let top = [
-        "faults", "faulty", "files", "polygon", "pose", "rules", "seed", "vectors", "verdicts",
-        "world",
-    ];
-    assert_eq!(keys(&document), top);
+    insta::assert_json_snapshot!("ring", shape(&document));
     let sums = overall(&document["vectors"]);
     let zero: Vec<u64> = (1..)
         .zip(&sums)
@@ -49,7 +46,11 @@ fn a_check_reports_vectors_and_draws_the_figures() {
         .map(|(n, _)| n)
         .collect();
     assert_eq!(zero, numbers(&document["faulty"]));
-    assert_eq!(zero, [4], "sensor 4 is falsified: its value alone is 0");
+    assert_eq!(
+        zero,
+        [4],
+        "sensor 4 is falsified: its value is 0 and every other above"
+    );
     let files = document["files"].as_array().unwrap();
     assert_eq!(files.len(), 10, "five pictures, each as PNG and SVG");
     for file in files {
@@ -66,21 +67,9 @@ fn a_check_reports_vectors_and_draws_the_figures() {
 }
 
 #[test]
-fn a_sweep_counts_found_missed_and_false_alarms() {
-    let document = run_alone("ring --sweep --json --poses 12").json();
-    let top = [
-        "false_alarms",
-        "fault",
-        "faulty_found",
-        "kinds",
-        "missed_faults",
-        "poses",
-        "rules",
-        "seed",
-        "vectors",
-        "world",
-    ];
-    assert_eq!(keys(&document), top);
+fn a_sweep_counts_found_and_missed_faults() {
+    let document = alone("ring --sweep --json --poses 12").json();
+    insta::assert_json_snapshot!("ring-sweep", shape(&document));
     let poses = document["vectors"].as_array().unwrap();
     assert_eq!((poses.len(), &document["poses"]), (12, &12.into()));
     let (mut found, mut alarms) = (0, 0);
@@ -96,16 +85,16 @@ fn a_sweep_counts_found_missed_and_false_alarms() {
     assert_eq!(document["missed_faults"], 12 - found);
     assert_eq!(document["false_alarms"], alarms);
     let kinds = document["kinds"].as_array().unwrap();
-    assert_eq!(kinds.len(), 10, "five kinds, of one sonar and of two");
+    assert_eq!(kinds.len(), 10, "five kinds, one sonar and two");
     assert_eq!(
-        run_alone("ring --sweep --json --poses 12 --jobs 1").json(),
+        alone("ring --sweep --json --poses 12 --jobs 1").json(),
         document
     );
 }
 
 #[test]
-fn the_polygons_cover_nearly_all_of_the_office() {
-    let document = run_alone("ring --extraction --json --poses 20").json();
+fn the_polygons_show_nearly_all_of_the_office() {
+    let document = alone("ring --extraction --json --poses 20").json();
     for row in document["rows"].as_array().unwrap() {
         let number = |name: &str| row[name].as_f64().unwrap();
         let what = format!("{row}");
@@ -121,14 +110,14 @@ fn the_polygons_cover_nearly_all_of_the_office() {
             );
             assert!(number("corners_found") > 0.9 * number("corners"), "{what}");
         }
-        // A vertex is accepted within 200 mm.
+        // A vertex is off by no more than what made it a vertex.
         assert!(number("worst_corner_error_mm") <= 200.0, "{what}");
         assert!(number("mean_corner_error_mm") < 40.0, "{what}");
     }
 }
 
 #[test]
-fn a_recording_is_assessed_by_its_direct_echoes() {
+fn a_damaged_recording_is_assessed_in_part() {
     let row = |metres: &str| [metres; 24].join(",") + ",Move-Forward\n";
     let folder = folder_with(row("1.000") + &row("nan") + "not a row\n" + &row("5.0"));
     let document = certainty(folder.path(), "ring --recording input --json").json();
@@ -142,7 +131,7 @@ fn a_recording_is_assessed_by_its_direct_echoes() {
         for kind in ["echoes", "no_object", "missing"] {
             assert_eq!(sensor[kind], 1, "{sensor}");
         }
-        // Equal echoes: each arc intersects those of all six neighbours, in one row of three.
+        // Round about, each meets all six neighbours: in one row of three, for no echo is no arc.
         assert_eq!(sensor["confirmed"], 1);
         assert_eq!(sensor["mean_intersections"], 2.0);
     }
@@ -161,10 +150,10 @@ fn the_real_ring_is_assessed() {
         (&document["rows"], &document["skipped"]),
         (&5456.into(), &0.into())
     );
-    // Counted with awk in the file: sonar 1 has 67 readings of 5 m or more, sonar 10 has 1065.
+    // Counted with awk in the file: sonar 1 has 5 m or more 67 times, sonar 10 1065 times.
     assert_eq!(document["sensors"][0]["no_object"], 67);
     assert_eq!(document["sensors"][9]["no_object"], 1065);
-    // The longest run of equal echoes is that of sonar 19, lines 3149 to 3169, counted likewise.
+    // The longest run of equal echoes is sonar 19's, lines 3149 to 3169 (counted likewise).
     let longest = &document["sensors"][18]["longest_equal"];
     assert_eq!(
         (&longest["rows"], &longest["from_line"]),
@@ -176,8 +165,8 @@ fn the_real_ring_is_assessed() {
 #[test]
 fn bad_input_is_refused_in_one_line() {
     let folder = folder_with("metres\n");
-    for (arguments, expected) in [
-        ("ring --fault 25", "unknown sonar '25'"),
+    for (arguments, part) in [
+        ("ring --fault 25", "is no sonar"),
         ("ring --fault deaf:4", "unknown fault 'deaf'"),
         ("ring --pose 1,2,3", "has no unit"),
         ("ring --pose 1m,2m", "a part is missing"),
@@ -191,17 +180,17 @@ fn bad_input_is_refused_in_one_line() {
     ] {
         let ran = certainty(folder.path(), arguments);
         let line = ran.refusal();
-        assert!(line.contains(expected), "{arguments}: {line}");
+        assert!(line.contains(part), "{arguments}: {line}");
     }
 }
 
-/// The memory that the documentation of `certainty_ring` states.
+/// The sizes in the documentation of `certainty_ring`.
 #[test]
 fn a_ring_fits_a_small_microcontroller() {
     assert_eq!(size_of::<Element>(), 32, "Memory: 32 bytes");
     assert!(
         size_of::<Scan<722>>() <= 4 * 722 + 16,
-        "4 bytes per beam and 12"
+        "4 bytes a beam and 12"
     );
     assert!(size_of::<Polygon<64>>() <= 32 * 64 + 8);
     assert_eq!(size_of::<Echoes<24>>(), 14 * 24);
@@ -213,6 +202,6 @@ fn a_ring_fits_a_small_microcontroller() {
         + 2 * size_of::<Distances<24>>()
         + size_of::<Monitor<24>>()
         + size_of::<Assessment<24>>();
-    // Less than a third of a microcontroller's 20 KB.
+    // A part of 20 KB keeps two thirds for everything else.
     assert!(all <= 5900, "{all} bytes");
 }

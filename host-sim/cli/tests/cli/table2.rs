@@ -1,7 +1,8 @@
 //! `certainty table2`: the evaluation of [001] §6.2 on the command line.
 
 use crate::support::program::certainty;
-use certainty_tests::process::{Ran, keys};
+use crate::support::shape::shape;
+use certainty_tests::process::Ran;
 use serde_json::Value;
 use std::fs;
 
@@ -16,39 +17,17 @@ fn list<'a>(document: &'a Value, key: &str) -> &'a [Value] {
 }
 
 #[test]
-fn json_has_exactly_the_keys_of_the_contract() {
+fn json_has_the_shape_of_its_snapshot() {
     let document = alone("table2 --worlds 3 --json").json();
-    let top = [
-        "choices",
-        "files",
-        "methods",
-        "order_held_in",
-        "order_holds",
-        "paper",
-        "readings_per_method",
-        "seed",
-        "worlds",
-    ];
-    assert_eq!(keys(&document), top);
-    assert_eq!(document["worlds"], 3);
-    assert_eq!(document["seed"], 1);
+    insta::assert_json_snapshot!("table2", shape(&document));
+    assert_eq!(
+        (&document["worlds"], &document["seed"]),
+        (&3.into(), &1.into())
+    );
     let methods = list(&document, "methods");
     let names: Vec<_> = methods.iter().map(|row| &row["name"]).collect();
     assert_eq!(names, ["bayes", "robust", "trimmed", "median", "oracle"]);
     for method in methods {
-        let expected = [
-            "floor_mae",
-            "floor_mse",
-            "ghost",
-            "mae",
-            "mae_sd",
-            "missed",
-            "mse",
-            "mse_sd",
-            "name",
-            "to_oracle",
-        ];
-        assert_eq!(keys(method), expected);
         for share in ["mae", "mae_sd", "mse", "mse_sd", "missed", "ghost"] {
             let value = method[share].as_f64().unwrap();
             assert!((0.0..=1.0).contains(&value), "{share} of {method}");
@@ -59,7 +38,13 @@ fn json_has_exactly_the_keys_of_the_contract() {
 }
 
 #[test]
-fn the_papers_figures_are_beside_ours() {
+fn sensitivity_has_the_shape_of_its_snapshot() {
+    let document = alone("table2 --worlds 1 --sensitivity --json").json();
+    insta::assert_json_snapshot!("table2-sensitivity", shape(&document["sensitivity"]));
+}
+
+#[test]
+fn the_papers_figures_are_in_the_document() {
     let document = alone("table2 --worlds 1 --json").json();
     let paper: Vec<_> = list(&document, "paper")
         .iter()
@@ -74,7 +59,7 @@ fn the_papers_figures_are_beside_ours() {
 }
 
 #[test]
-fn every_method_is_given_the_1560_readings_of_the_paper() {
+fn every_method_has_the_papers_1560_readings() {
     let document = alone("table2 --worlds 1 --json").json();
     assert_eq!(document["readings_per_method"], 1560);
 }
@@ -89,7 +74,7 @@ fn one_world_has_no_deviation() {
 }
 
 #[test]
-fn threads_change_no_byte_and_the_seed_does() {
+fn the_seed_decides_the_bytes_and_threads_do_not() {
     let run = |arguments: &str| {
         let folder = tempfile::tempdir().unwrap();
         let ran = certainty(
@@ -108,7 +93,7 @@ fn threads_change_no_byte_and_the_seed_does() {
 }
 
 #[test]
-fn the_csv_has_every_world_and_its_mean_is_the_reports() {
+fn the_mean_of_the_csv_is_the_reports() {
     let folder = tempfile::tempdir().unwrap();
     let document = certainty(folder.path(), "table2 --worlds 5 --json --out here").json();
     let files = list(&document, "files");
@@ -138,7 +123,7 @@ fn the_csv_has_every_world_and_its_mean_is_the_reports() {
 }
 
 #[test]
-fn people_see_ours_beside_the_papers_in_80_columns() {
+fn the_text_has_both_tables_in_80_columns() {
     let text = alone("table2 --worlds 2").stdout;
     for word in [
         "bayes", "robust", "trimmed", "median", "oracle", "paper", "ratio", "±", "1560",
@@ -179,7 +164,7 @@ fn bad_numbers_are_refused_in_one_line() {
 }
 
 #[test]
-fn a_folder_that_cannot_be_is_refused_before_the_work() {
+fn an_impossible_folder_is_refused_before_the_work() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("file"), "").unwrap();
     let ran = certainty(folder.path(), "table2 --worlds 100000 --out file");

@@ -1,19 +1,18 @@
-//! The campaign's CSV file, which grows row by row and survives being killed.
+//! The campaign's CSV file, appended row by row so that an interrupted campaign can be continued.
 //!
-//! Rows come in a fixed order, whole scenarios at a time. A file that was left in the middle is
-//! continued: its whole scenarios are kept, and what is behind them (part of a scenario, half a line)
-//! is written anew. Since every row is a function of what it is about, the file ends the same, however
-//! often it was interrupted.
+//! Rows come in a fixed order, whole scenarios at a time. An unfinished file is continued: its complete
+//! scenarios are kept, and the rest behind them (part of a scenario, half a line) is written again. Every
+//! row is a function of its key, so the finished file is the same after any number of interruptions.
 
-use super::Row;
+use super::row::Row;
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-/// Largest file that is continued, in bytes: ten times all that a campaign can be.
+/// Largest file that is continued, in bytes: ten times the largest campaign.
 const MOST_BYTES: u64 = 256 << 20;
 
-/// An open file that holds the first scenarios of a campaign.
+/// An open file with the first scenarios of a campaign.
 #[derive(Debug)]
 pub struct Journal {
     path: PathBuf,
@@ -22,53 +21,53 @@ pub struct Journal {
     dropped: usize,
 }
 
-/// Why a file cannot hold the campaign; each reads as one line.
+/// Why a file cannot be used for the campaign; each displays as one line.
 #[derive(Debug, thiserror::Error)]
 pub enum JournalError {
     /// It cannot be opened, read or written.
-    #[error("{}: {source}; name another file with --csv", path.display())]
+    #[error("{}: {source}: expected a file that can be read and written", path.display())]
     Io {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: io::Error,
     },
     /// It is a directory, a pipe or a device.
-    #[error("{}: is no regular file; name another file with --csv", path.display())]
+    #[error("{}: not a regular file: expected a file for --csv", path.display())]
     NoFile {
-        /// What it is called.
+        /// The path.
         path: PathBuf,
     },
     /// Another process is writing it.
-    #[error("{}: another campaign is writing it; wait for it or name another file", path.display())]
+    #[error("{}: in use by another campaign: expected another file, or wait", path.display())]
     Busy {
         /// The file.
         path: PathBuf,
     },
-    /// It holds something else.
-    #[error("{}:{line}: {problem}; name another file or remove this one", path.display())]
+    /// It is not a file of this campaign.
+    #[error("{}:{line}: {problem}: expected a new file or one of this campaign", path.display())]
     Foreign {
         /// The file.
         path: PathBuf,
         /// The line, from 1.
         line: usize,
-        /// What is wrong with it.
+        /// The error in the line.
         problem: String,
     },
 }
 
 impl Journal {
-    /// Opens the file at `path`, or makes it, for the scenarios whose rows begin with `keys`.
+    /// Opens or creates the file at `path` for the scenarios whose rows begin with `keys`.
     ///
     /// # Errors
     ///
-    /// [`JournalError`]; a file that holds anything but the beginning of this campaign is left as it is.
+    /// [`JournalError`]; a file that is not the beginning of this campaign is not changed.
     pub(super) fn open(path: &Path, keys: &[Vec<String>]) -> Result<Self, JournalError> {
         let io = |source| JournalError::Io {
             path: path.to_owned(),
             source,
         };
-        // A pipe would never end, and a device takes no rows back.
+        // A pipe would never end, and a device does not store rows.
         if std::fs::metadata(path).is_ok_and(|there| !there.is_file()) {
             let path = path.to_owned();
             return Err(JournalError::NoFile { path });
@@ -115,13 +114,13 @@ impl Journal {
         })
     }
 
-    /// Returns how many scenarios were found in the file.
+    /// Returns the number of complete scenarios in the file.
     #[must_use]
     pub const fn finished(&self) -> usize {
         self.finished
     }
 
-    /// Returns how many lines, whole or half, of an unfinished scenario were dropped.
+    /// Returns the number of lines of an unfinished scenario that were dropped.
     #[must_use]
     pub const fn dropped(&self) -> usize {
         self.dropped
@@ -138,17 +137,17 @@ impl Journal {
     }
 }
 
-/// What of a file is kept.
+/// The part of a file that is kept.
 #[derive(Debug, PartialEq, Eq)]
 struct Kept {
-    /// The bytes from its start; 0 where not even the header is whole.
+    /// The bytes from its start; 0 if the header is incomplete.
     bytes: usize,
     scenarios: usize,
     dropped: usize,
 }
 
 impl Kept {
-    /// Compares a file's bytes with what would be written; an error is a line and what is wrong there.
+    /// Compares a file's bytes with the expected rows; an error is a line and its problem.
     fn of(bytes: &[u8], keys: &[Vec<String>]) -> Result<Self, (usize, String)> {
         let mut expected = keys.iter().flatten();
         let mut lines = (1..).zip(bytes.split_inclusive(|&byte| byte == b'\n'));
@@ -167,11 +166,11 @@ impl Kept {
                     dropped: 1,
                 })
             } else {
-                Err((1, "not a campaign's file".to_owned()))
+                Err((1, "not the header of a campaign".to_owned()))
             };
         };
         if header != Row::HEADER.as_bytes() {
-            return Err((1, "not a campaign's file".to_owned()));
+            return Err((1, "not the header of a campaign".to_owned()));
         }
         let mut kept = Self {
             bytes: header.len() + 1,
@@ -201,11 +200,11 @@ impl Kept {
     }
 }
 
-/// Whether a whole line can be the row that begins with `key`.
+/// Returns an error unless a whole line can be the row that begins with `key`.
 fn check(line: &[u8], key: &str) -> Result<(), String> {
     if !line.starts_with(key.as_bytes()) {
         let key = key.trim_end_matches(',');
-        return Err(format!("the row {key} of this campaign should stand here"));
+        return Err(format!("not the row {key} of this campaign"));
     }
     let fields: Vec<&[u8]> = line.split(|&byte| byte == b',').collect();
     let figures = &fields[key.matches(',').count().min(fields.len())..];
@@ -220,7 +219,7 @@ fn check(line: &[u8], key: &str) -> Result<(), String> {
     }
 }
 
-/// Whether half a line can be the beginning of the row that begins with `key`.
+/// Returns an error unless half a line can be the beginning of the row that begins with `key`.
 fn check_half(line: &[u8], key: &str) -> Result<(), String> {
     let shorter = line.len().min(key.len());
     if line[..shorter] == key.as_bytes()[..shorter] {
@@ -239,7 +238,7 @@ mod tests {
         vec![scenario("a"), scenario("b")]
     }
 
-    /// A whole file: every row its key and as many figures as there is room for.
+    /// A complete file: every row is its key and figures in all other fields.
     fn whole() -> String {
         let mut text = format!("{}\n", Row::HEADER);
         for key in keys().into_iter().flatten() {
@@ -255,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn cut_anywhere_only_whole_scenarios_are_kept() {
+    fn a_cut_file_keeps_its_complete_scenarios() {
         let text = whole();
         let ends: Vec<usize> = text.match_indices('\n').map(|(at, _)| at + 1).collect();
         for cut in 0..=text.len() {
@@ -270,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn anything_else_is_refused_with_its_line() {
+    fn a_foreign_file_is_refused_with_its_line() {
         let line = |text: &str| Kept::of(text.as_bytes(), &keys()).unwrap_err().0;
         assert_eq!(line("my notes"), 1);
         assert_eq!(line("my notes\n"), 1);
@@ -282,7 +281,7 @@ mod tests {
     }
 
     #[test]
-    fn a_second_writer_is_told_to_wait_and_a_foreign_file_is_left_alone() {
+    fn a_second_writer_is_refused_and_files_are_kept() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("campaign.csv");
         let first = Journal::open(&path, &keys()).unwrap();

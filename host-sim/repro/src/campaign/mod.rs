@@ -1,14 +1,13 @@
 //! The fault campaign: every method against every fault, many worlds each.
 //!
 //! \[001\] and \[000\] evaluate without permanent faults and by MAE and MSE alone. The campaign varies the
-//! kind of fault, how often the faulty sensor reports, how many sensors there are and how many of them
-//! are faulty, how far their views overlap and how many sweeps a map is made of, and measures what hurts
-//! a robot: obstacles missed and ghosts. Beside the methods stands an [oracle](super::Oracle), and beside
-//! the maps what the robust method's health made of the sensors.
+//! kind of fault, the report rate of the faulty sensor, the number of sensors and of faulty ones, the
+//! overlap of their sweeps and the number of sweeps of a map. It measures obstacles missed and ghosts too,
+//! which harm a robot most. Beside the methods stands an [oracle](super::Oracle), and beside the maps the
+//! sensors' health by the robust method.
 //!
-//! World k of seed S is the world, and the sensors' luck, of seed S + k, in every scenario.
+//! World k of seed S has the obstacles and the sensor errors of seed S + k, in every scenario.
 
-mod file;
 mod journal;
 mod row;
 mod scenario;
@@ -25,7 +24,7 @@ use row::Common;
 use std::path::Path;
 use trial::HealthTrial;
 
-/// A campaign that can be run.
+/// A campaign, planned and ready to run.
 #[derive(Debug, Clone)]
 pub struct Campaign {
     selection: Selection,
@@ -39,7 +38,7 @@ pub struct Campaign {
 #[derive(Debug, thiserror::Error)]
 pub enum CampaignError {
     /// A scenario cannot be run.
-    #[error("{0}")]
+    #[error(transparent)]
     Trial(#[from] TrialError),
     /// Its file cannot be written.
     #[error(transparent)]
@@ -70,11 +69,11 @@ impl Campaign {
         &self.scenarios
     }
 
-    /// Opens the file that will hold the rows.
+    /// Opens the file for the rows.
     ///
     /// # Errors
     ///
-    /// [`JournalError`] where it cannot be written or holds something else.
+    /// [`JournalError`] if it cannot be written or is not a file of this campaign.
     pub fn journal(&self, path: &Path) -> Result<Journal, JournalError> {
         let keys = self.scenarios.iter().map(|scenario| {
             let methods = self.methods.iter();
@@ -84,9 +83,9 @@ impl Campaign {
         Journal::open(path, &keys.collect::<Vec<_>>())
     }
 
-    /// Runs scenario after scenario and hands each one's rows to `finished`.
+    /// Runs scenario after scenario and calls `finished` with each one's rows.
     ///
-    /// Worlds are run in parallel on the current `rayon` pool; the rows are the same on any.
+    /// Worlds are run in parallel on the current `rayon` pool; the rows do not depend on its size.
     ///
     /// # Errors
     ///
@@ -98,14 +97,14 @@ impl Campaign {
     ) -> Result<(), CampaignError> {
         let mut known: Vec<(Scenario, Vec<HealthTrial>)> = Vec::new();
         for scenario in self.scenarios.iter().skip(from) {
-            let whatever = Scenario {
+            let any_sweeps = Scenario {
                 sweeps: 0,
                 ..*scenario
             };
-            let place = match known.iter().position(|(alike, _)| *alike == whatever) {
+            let place = match known.iter().position(|(key, _)| *key == any_sweeps) {
                 Some(place) => place,
                 None => {
-                    known.push((whatever, self.health(scenario)?));
+                    known.push((any_sweeps, self.health(scenario)?));
                     known.len() - 1
                 }
             };
@@ -114,7 +113,7 @@ impl Campaign {
         Ok(())
     }
 
-    /// Runs scenario after scenario into `journal`, from where it stopped.
+    /// Runs the scenarios that `journal` does not have and appends their rows; calls `finished` after each.
     ///
     /// # Errors
     ///
@@ -131,8 +130,8 @@ impl Campaign {
         })
     }
 
-    /// What becomes of the sensors' health, which hangs on all of a scenario but its sweeps; nothing
-    /// where the robust method is not asked.
+    /// The course of the sensors' health, which depends on all of a scenario but its sweeps; empty without
+    /// the robust method.
     fn health(&self, scenario: &Scenario) -> Result<Vec<HealthTrial>, TrialError> {
         if !self.selection.methods.contains(&Method::Robust) {
             return Ok(Vec::new());
@@ -154,7 +153,7 @@ impl Campaign {
         ))
     }
 
-    /// Does `work` for the seed of every world and returns the results in their order.
+    /// Calls `work` with the seed of every world and returns the results in their order.
     fn in_every_world<T: Send>(
         &self,
         work: impl Fn(u64) -> Result<T, TrialError> + Sync,
@@ -165,13 +164,13 @@ impl Campaign {
     }
 }
 
-/// Eight hexadecimal digits that name the program's version and the methods' rules.
+/// Eight hexadecimal digits that identify the program's version and the methods' rules.
 fn fingerprint(fusion: &FusionRules) -> String {
     let text = format!(
         "{} {HEALTH_SWEEPS} {ORACLE_RUNS} {fusion:?}",
         env!("CARGO_PKG_VERSION")
     );
-    // FNV-1a: spreads well enough to tell set-ups apart, and is the same everywhere.
+    // FNV-1a: the same on every machine, and different set-ups rarely collide.
     let digest = text.bytes().fold(0x811c_9dc5_u32, |digest, byte| {
         (digest ^ u32::from(byte)).wrapping_mul(0x0100_0193)
     });

@@ -1,35 +1,35 @@
-//! What the campaign says of one method in one scenario, and how it is written.
+//! A row of the campaign: one method in one scenario, over all worlds.
 
-use super::super::{Estimate, Waits};
-use super::Scenario;
+use super::scenario::Scenario;
 use super::trial::HealthTrial;
+use crate::statistics::{Estimate, Waits};
 use certainty_sim::simulation::Score;
 use serde::Serialize;
 
 /// One method in one scenario, over all worlds.
 ///
-/// The sensors' health is followed through runs of a length of their own, so it is the same for every
-/// number of sweeps. A row of the CSV file, in the order of the fields; what is not known is empty there and `null` in
-/// JSON. Shares are 0 to 1, and `_ci` is half of a 95 % confidence interval (Student's t).
+/// The CSV file has the fields in this order; an absent value is empty there and `null` in JSON. Shares are
+/// 0 to 1, and `_ci` is half of a 95 % confidence interval (Student's t). The sensors' health comes from
+/// runs of a fixed length, so it is the same for every number of sweeps.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Row {
-    /// What is wrong, such as `stuck-near=250mm`.
+    /// The kind of fault, such as `stuck-near=250mm`.
     pub fault: String,
-    /// How many times as often as the others a faulty sensor reports.
+    /// Reports of a faulty sensor per report of another.
     pub rate: u32,
-    /// How many sensors there are.
+    /// Number of sensors.
     pub sensors: u8,
     /// `full` or `partial`.
     pub overlap: String,
-    /// How many sweeps the map is made of.
+    /// Number of sweeps of the map.
     pub sweeps: u32,
-    /// How many sensors are faulty.
+    /// Number of faulty sensors.
     pub faulty: u8,
     /// The method, or `oracle`.
     pub method: &'static str,
     /// The seed of the first world; the others follow it.
     pub seed: u64,
-    /// How many worlds.
+    /// Number of worlds.
     pub worlds: u64,
     /// Names the program's version and the methods' rules.
     pub setup: String,
@@ -41,37 +41,37 @@ pub struct Row {
     pub mse: f64,
     /// Of its mean.
     pub mse_ci: Option<f64>,
-    /// Share of the obstacle cells that are not shown.
+    /// Share of the obstacle cells that are not occupied in the map.
     pub missed: f64,
     /// Of its mean.
     pub missed_ci: Option<f64>,
-    /// Share of the free cells that are shown occupied.
+    /// Share of the free cells that are occupied in the map.
     pub ghost: f64,
     /// Of its mean.
     pub ghost_ci: Option<f64>,
-    /// Its MAE above the oracle's.
+    /// Its MAE less the oracle's.
     pub mae_to_oracle: f64,
-    /// Its share of missed cells above the oracle's.
+    /// Its share of missed cells less the oracle's.
     pub missed_to_oracle: f64,
     /// Share of the faulty sensors that became suspect (or failed) while faulty.
     pub suspect: Option<f64>,
-    /// Median of the sensor's own turns until then.
+    /// Median number of the sensor's own turns until then.
     pub suspect_after: Option<u64>,
     /// Share of the faulty sensors that failed while faulty.
     pub failed: Option<f64>,
-    /// Median of the sensor's own turns until then.
+    /// Median number of the sensor's own turns until then.
     pub failed_after: Option<u64>,
     /// Share of the sound sensors that were ever suspect (or failed).
     pub false_suspect: Option<f64>,
     /// Share of the sound sensors that ever failed.
     pub false_failed: Option<f64>,
-    /// Share of the sensors not healthy when they healed that became healthy again.
+    /// Share of the sensors that became healthy again, of those not healthy when the fault ended.
     pub recovered: Option<f64>,
-    /// Median of the sensor's own turns from healing to healthy.
+    /// Median number of the sensor's own turns from the fault's end until then.
     pub recovered_after: Option<u64>,
 }
 
-/// What a campaign's rows have in common.
+/// The fields that are the same in all rows of a campaign.
 #[derive(Debug, Clone)]
 pub(super) struct Common {
     pub(super) seed: u64,
@@ -86,10 +86,10 @@ impl Row {
         suspect,suspect_after,failed,failed_after,false_suspect,false_failed,recovered,\
         recovered_after";
 
-    /// How many fields a line has.
+    /// Number of fields of a line.
     pub(super) const FIELDS: usize = 28;
 
-    /// The fields that say what a line is about, as they stand at its beginning.
+    /// The fields that identify a line, as they stand at its beginning.
     pub(super) fn key(scenario: &Scenario, method: &str, common: &Common) -> String {
         let Scenario {
             fault,
@@ -169,9 +169,9 @@ impl Row {
         rows.collect()
     }
 
-    fn add_health(&mut self, watched: &[HealthTrial]) {
+    fn add_health(&mut self, trials: &[HealthTrial]) {
         let all = |part: fn(&HealthTrial) -> &Waits| -> Waits {
-            watched
+            trials
                 .iter()
                 .flat_map(|health| part(health).iter())
                 .collect()
@@ -188,7 +188,7 @@ impl Row {
 
     /// The row as a line of the CSV file, without its end.
     ///
-    /// No field needs quotes: kinds of fault and methods have neither commas nor quotes in them.
+    /// No field needs quotes: kinds of fault and methods contain neither commas nor quotes.
     #[must_use]
     pub fn line(&self) -> String {
         let share = |share: Option<f64>| share.map_or(String::new(), |share| format!("{share:.6}"));

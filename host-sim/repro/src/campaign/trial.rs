@@ -1,7 +1,8 @@
-//! One scenario in one world: the maps, and what becomes of the sensors' health.
+//! One scenario in one world: the scores of the maps, and the course of the sensors' health.
 
-use super::super::{Oracle, Waits};
-use super::Scenario;
+use super::scenario::Scenario;
+use crate::oracle::Oracle;
+use crate::statistics::Waits;
 use certainty_core::health::Status;
 use certainty_core::sensor::SensorId;
 use certainty_core::units::Ticks;
@@ -19,32 +20,33 @@ use std::sync::Arc;
 /// Directions of a sweep: the shipped car's.
 const DIRECTIONS: u16 = SensorLayout::SMART_CAR.directions();
 
-/// Sweeps during which the sensors are faulty in a health trial, and as many after they healed.
+/// Sweeps of a health trial with the fault, and sweeps after it.
 pub const HEALTH_SWEEPS: u32 = 20;
 
-/// Runs that the oracle is told its rates from.
+/// Runs in which the oracle's rates are counted.
 pub const ORACLE_RUNS: u64 = 24;
 
-/// A scenario that cannot be run.
+/// Why a scenario cannot be run.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum TrialError {
-    /// A fault of a sensor that is not there.
+    /// A fault of a sensor that does not exist.
     #[error(transparent)]
     Setup(#[from] SetupError),
-    /// No world can be made.
+    /// The layout has no world.
     #[error(transparent)]
     Layout(#[from] LayoutError),
 }
 
-/// How a method's health followed the sensors' condition; waits are counted in turns of the sensor
-/// itself, of which it has several while it chatters.
+/// The robust method's health against the sensors' true condition.
+///
+/// Waits are counted in turns of the sensor itself, of which a chattering sensor has several per step.
 #[derive(Debug, Clone, Default)]
 pub(super) struct HealthTrial {
     /// Of faulty sensors: until suspect (or failed).
     pub(super) suspect: Waits,
     /// Of faulty sensors: until failed.
     pub(super) failed: Waits,
-    /// Of sensors that were not healthy when they healed: until healthy again.
+    /// Of sensors that were not healthy when the fault ended: until healthy again.
     pub(super) recovered: Waits,
     /// Of sound sensors: until wrongly suspect (or failed).
     pub(super) false_suspect: Waits,
@@ -53,7 +55,7 @@ pub(super) struct HealthTrial {
 }
 
 impl Scenario {
-    /// The set-up in the world that `seed` names, faulty as long as `window` lasts.
+    /// The set-up in the world of `seed`, with the fault during `window`.
     fn setup(
         &self,
         seed: u64,
@@ -61,19 +63,19 @@ impl Scenario {
         window: Window,
         fusion: &FusionRules,
     ) -> Result<Setup, TrialError> {
-        let rig = SensorLayout::try_new(HeadPlacement::Bumper, self.overlap, DIRECTIONS);
+        let layout = SensorLayout::try_new(HeadPlacement::Bumper, self.overlap, DIRECTIONS);
         let world = World::random(&Layout::default(), seed)?;
-        let crew = SensorSet::of_table_1(self.sensors.into());
+        let sensors = SensorSet::of_table_1(self.sensors.into());
         let length = Length::Steps(steps);
         Ok(Setup {
-            layout: rig.unwrap_or(SensorLayout::SMART_CAR),
+            layout: layout.unwrap_or(SensorLayout::SMART_CAR),
             faults: self.faults(seed, window),
             fusion: *fusion,
-            ..Setup::smart_car(Arc::new(world), crew, length, seed)
+            ..Setup::smart_car(Arc::new(world), sensors, length, seed)
         })
     }
 
-    /// The sensors that are faulty in the world that `seed` names, as slots.
+    /// The slots of the faulty sensors in the world of `seed`.
     fn faulty_slots(&self, seed: u64) -> Vec<usize> {
         let mut slots: Vec<usize> = (0..self.sensors.into()).collect();
         slots.shuffle(&mut stream(seed, Purpose::Choice, 0, 0));
@@ -98,21 +100,21 @@ impl Scenario {
         specs.collect()
     }
 
-    /// A run that makes a map, faulty throughout.
+    /// A run that makes a map, with the fault throughout.
     fn map_run(&self, seed: u64, fusion: &FusionRules) -> Result<Run, TrialError> {
         let steps = self.sweeps.saturating_mul(DIRECTIONS.into());
         Ok(self.setup(seed, steps, Window::Always, fusion)?.run()?)
     }
 
-    /// Tells an oracle the rates of this scenario, from worlds that no trial uses.
+    /// Counts an oracle's rates of this scenario in worlds that no trial uses.
     pub(super) fn oracle(&self, seed: u64, fusion: &FusionRules) -> Result<Oracle, TrialError> {
         // Campaigns count their worlds' seeds upwards; the other half of all seeds is far away.
         let held_out = (0..ORACLE_RUNS).map(|run| seed.wrapping_add(run) ^ 1 << 63);
         let runs: Result<Vec<_>, _> = held_out.map(|seed| self.map_run(seed, fusion)).collect();
-        Ok(Oracle::told(&runs?))
+        Ok(Oracle::count(&runs?))
     }
 
-    /// Returns the score of each method, and last the oracle's, in the world that `seed` names.
+    /// Returns the score of each method, then the oracle's, in the world of `seed`.
     pub(super) fn scores(
         &self,
         seed: u64,
@@ -129,81 +131,82 @@ impl Scenario {
         Ok(scores)
     }
 
-    /// Follows the health that the robust grid reports while sensors are faulty, and after; for however
-    /// many sweeps the map is made.
+    /// Follows the health by the robust grid during the fault and after it; independent of
+    /// [`Scenario::sweeps`].
     pub(super) fn health_trial(
         &self,
         seed: u64,
         fusion: &FusionRules,
     ) -> Result<HealthTrial, TrialError> {
         let steps = HEALTH_SWEEPS * u32::from(DIRECTIONS);
-        let healed = Ticks::new(steps * STEP_MS);
+        let fault_end = Ticks::new(steps * STEP_MS);
         let window = Window::Times {
             from: Ticks::new(0),
-            to: Some(healed),
+            to: Some(fault_end),
         };
         let run = self.setup(seed, 2 * steps, window, fusion)?.run()?;
-        let mut watches = vec![Watch::default(); self.sensors.into()];
+        let mut histories = vec![StatusHistory::default(); self.sensors.into()];
         run.fuse_watching(Method::Robust, |taken, mapper| {
             let id = taken.beam.sensor;
             let sensors = mapper.health();
-            for (slot, (watch, (_, health))) in watches.iter_mut().zip(&sensors).enumerate() {
-                watch.look(
+            for (slot, (history, (_, health))) in histories.iter_mut().zip(&sensors).enumerate() {
+                history.add(
                     health.status(),
                     slot == id.slot(),
-                    taken.beam.at.get() >= healed.get(),
+                    taken.beam.at.get() >= fault_end.get(),
                 );
             }
         });
         let faulty = self.faulty_slots(seed);
         let mut trial = HealthTrial::default();
-        for (slot, watch) in watches.into_iter().enumerate() {
+        for (slot, history) in histories.into_iter().enumerate() {
             if faulty.contains(&slot) {
-                trial.suspect.add(watch.suspect);
-                trial.failed.add(watch.failed);
-                if watch.unwell_when_healed {
-                    trial.recovered.add(watch.recovered);
+                trial.suspect.add(history.suspect);
+                trial.failed.add(history.failed);
+                if history.unhealthy_at_end {
+                    trial.recovered.add(history.recovered);
                 }
             } else {
-                trial.false_suspect.add(watch.suspect_ever);
-                trial.false_failed.add(watch.failed_ever);
+                trial.false_suspect.add(history.suspect_ever);
+                trial.false_failed.add(history.failed_ever);
             }
         }
         Ok(trial)
     }
 }
 
-/// What is noted of one sensor's status.
+/// When one sensor's status changed.
 #[derive(Debug, Clone, Default)]
-struct Watch {
-    /// Turns so far, and those of them before the faults healed.
+struct StatusHistory {
+    /// Turns, and those of them before the fault ended.
     turns: u64,
     turns_faulty: u64,
-    /// During the faults.
+    /// During the fault.
     suspect: Option<u64>,
     failed: Option<u64>,
     /// At any time.
     suspect_ever: Option<u64>,
     failed_ever: Option<u64>,
-    unwell_when_healed: bool,
-    /// Turns since the faults healed until it was first healthy.
+    unhealthy_at_end: bool,
+    /// Turns from the fault's end until it was first healthy.
     recovered: Option<u64>,
 }
 
-impl Watch {
-    /// Notes the status after a reading: whether it was this sensor's, and whether all faults are over.
-    fn look(&mut self, status: Status, own: bool, healed: bool) {
+impl StatusHistory {
+    /// Adds the status after a reading; `own` if the reading was this sensor's, `fault_ended` if all faults
+    /// are over.
+    fn add(&mut self, status: Status, own: bool, fault_ended: bool) {
         self.turns += u64::from(own);
         let turns = self.turns;
-        let unwell = matches!(status, Status::Suspect | Status::Failed);
+        let suspect = matches!(status, Status::Suspect | Status::Failed);
         let failed = status == Status::Failed;
-        if unwell {
+        if suspect {
             self.suspect_ever.get_or_insert(turns);
         }
         if failed {
             self.failed_ever.get_or_insert(turns);
         }
-        if healed {
+        if fault_ended {
             if status == Status::Healthy {
                 self.recovered.get_or_insert(turns - self.turns_faulty);
             }
@@ -211,7 +214,7 @@ impl Watch {
             self.turns_faulty = turns;
             self.suspect = self.suspect_ever;
             self.failed = self.failed_ever;
-            self.unwell_when_healed = status != Status::Healthy;
+            self.unhealthy_at_end = status != Status::Healthy;
         }
     }
 }

@@ -1,162 +1,118 @@
-//! The evaluation in many worlds: means, and how much they scatter.
+//! The evaluation in many worlds: means and standard deviations.
 
-use super::{Choices, Figures, Measure, Oracles, PRINTED_METHODS, Repetition, Teller, repetition};
+use super::factors::EvaluationSetup;
+use super::figures::{Figures, PRINTED_METHODS};
+use super::repetition::{Estimator, Metric, Oracles, Repetition};
 use certainty_sim::fusion::Method;
 use certainty_sim::simulation::Score;
-use core::fmt;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
-/// Who fuses: a method, or the oracle beside them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Fuser {
-    /// A method.
-    Method(Method),
-    /// An [oracle](crate::Oracle) for each crew.
-    Oracle,
-}
-
-impl Fuser {
-    /// The methods in the order of [`Method::ALL`], and last the oracle.
-    pub const ALL: [Self; Method::ALL.len() + 1] = {
-        let mut all = [Self::Oracle; Method::ALL.len() + 1];
-        let mut place = 0;
-        while place < Method::ALL.len() {
-            all[place] = Self::Method(Method::ALL[place]);
-            place += 1;
-        }
-        all
-    };
-
-    /// Returns its name in reports.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Method(method) => method.name(),
-            Self::Oracle => "oracle",
-        }
-    }
-}
-
-impl fmt::Display for Fuser {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(self.name())
-    }
-}
-
-/// A method's (or the oracle's) figures over all worlds.
+/// An estimator's figures over all worlds.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MethodFigures {
-    /// Whose figures.
-    pub method: Fuser,
+pub struct EstimatorFigures {
+    /// The estimator.
+    pub estimator: Estimator,
     /// The mean over the worlds.
     pub mean: Score,
-    /// The standard deviation of a world's figures; none of a single world.
+    /// The standard deviation of a world's figures; none for a single world.
     pub deviation: Option<Score>,
-    /// The mean of what it makes of perfect readings: see [`Measure::FLOOR`].
+    /// The mean distance between its grid of perfect readings and the landmarks of the same readings.
     pub floor: Score,
-    /// Its mean MAE less the oracle's; negative where it is nearer.
+    /// Its mean MAE less the oracle's; negative if it is nearer to the reference.
     pub to_oracle: f64,
 }
 
-/// What the evaluation came to.
+/// The result of the evaluation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Evaluation {
     /// The set-up.
-    pub choices: Choices,
-    /// The readings that every method was given in a world.
+    pub setup: EvaluationSetup,
+    /// The readings that every estimator received in a world.
     pub readings: usize,
-    /// Everyone of [`Fuser::ALL`], in its order.
-    pub methods: Vec<MethodFigures>,
+    /// Every one of [`Estimator::ALL`], in its order.
+    pub estimators: Vec<EstimatorFigures>,
     worlds: Vec<Repetition>,
 }
 
-/// The score by the set-up's measure and the floor, of everyone.
-const MEASURES: usize = 2;
+/// Metrics of every estimator: the set-up's, and the floor.
+const METRICS: usize = 2;
 
 impl Evaluation {
-    /// Repeats the evaluation in `worlds` worlds; `done` hears of each.
+    /// Repeats the evaluation in `worlds` worlds and calls `done` after each.
     ///
-    /// Worlds are shared out among rayon's threads and summed in their order: the figures do not
-    /// depend on how many threads there are.
-    pub fn run(choices: Choices, seed: u64, worlds: u32, done: impl Fn() + Sync) -> Self {
-        let oracles = Oracles::told(&choices, seed);
-        let tellers = Fuser::ALL.map(|fuser| match fuser {
-            Fuser::Method(method) => Teller::new(method, &choices),
-            Fuser::Oracle => Teller::oracle(&oracles),
-        });
-        let measures: [_; MEASURES] = [Measure::of(&choices), Measure::FLOOR];
+    /// Worlds are run in parallel on rayon's threads and summed in their order, so the figures do not
+    /// depend on the number of threads.
+    pub fn run(setup: EvaluationSetup, seed: u64, worlds: u32, done: impl Fn() + Sync) -> Self {
+        let oracles = Oracles::count(&setup, seed);
+        let metrics: [_; METRICS] = [Metric::of(&setup), Metric::FLOOR];
         let repeated = (0..worlds).into_par_iter().map(|number| {
-            let world = repetition(&choices, &tellers, &measures, seed, number);
+            let all = &Estimator::ALL;
+            let world = Repetition::run(&setup, &oracles, all, &metrics, seed, number);
             done();
             world
         });
         let worlds: Vec<_> = repeated.collect();
-        let methods = Fuser::ALL.into_iter().enumerate();
-        let methods = methods.map(|(place, method)| {
-            let place = place * MEASURES;
+        let estimators = Estimator::ALL.into_iter().enumerate();
+        let estimators = estimators.map(|(place, estimator)| {
+            let place = place * METRICS;
             let scores = worlds.iter().map(|world| &world.scores[place]);
             let (mean, deviation) = mean_and_deviation(scores);
             let floors = worlds.iter().map(|world| &world.scores[place + 1]);
             let (floor, _) = mean_and_deviation(floors);
-            MethodFigures {
-                method,
+            EstimatorFigures {
+                estimator,
                 mean,
                 deviation,
                 floor,
                 to_oracle: 0.0,
             }
         });
-        let mut methods: Vec<_> = methods.collect();
-        let oracle = methods.last().map_or(0.0, |oracle| oracle.mean.mae);
-        for row in &mut methods {
+        let mut estimators: Vec<_> = estimators.collect();
+        let oracle = estimators.last().map_or(0.0, |oracle| oracle.mean.mae);
+        for row in &mut estimators {
             row.to_oracle = row.mean.mae - oracle;
         }
         Self {
-            choices,
+            setup,
             readings: worlds.first().map_or(0, |world| world.readings),
-            methods,
+            estimators,
             worlds,
         }
     }
 
-    /// Returns each world's scores, one for everyone of [`Fuser::ALL`].
+    /// Returns each world's scores, one for every one of [`Estimator::ALL`].
     #[must_use]
     pub fn worlds(&self) -> impl ExactSizeIterator<Item = Vec<Score>> {
-        let of_methods = |world: &Repetition| {
-            let scores = world.scores.iter().step_by(MEASURES);
+        let of_world = |world: &Repetition| {
+            let scores = world.scores.iter().step_by(METRICS);
             scores.copied().collect()
         };
-        self.worlds.iter().map(of_methods)
+        self.worlds.iter().map(of_world)
     }
 
     /// Returns the six figures that the paper prints.
-    ///
-    /// # Panics
-    ///
-    /// Never: every method is evaluated.
     #[must_use]
     pub fn figures(&self) -> Figures {
-        let found = PRINTED_METHODS.map(|wanted| {
-            let wanted = Fuser::Method(wanted);
-            let figures = self.methods.iter().find(|row| row.method == wanted);
-            &figures.expect("every method is evaluated").mean
-        });
-        Figures::of(found)
+        Figures::of(printed_places().map(|place| &self.estimators[place].mean))
     }
 
     /// Returns the share of the worlds in which the methods come in the paper's order, by MAE and by
     /// MSE.
     #[must_use]
     pub fn order_held_in(&self) -> f64 {
-        let place = |wanted| Method::ALL.iter().position(|&method| method == wanted);
-        let places = PRINTED_METHODS.map(|method| place(method).unwrap_or(0));
         let in_order = |world: &Vec<Score>| {
-            let scores = places.map(|place| &world[place]);
+            let scores = printed_places().map(|place| &world[place]);
             Figures::of(scores).in_the_papers_order()
         };
         let held = self.worlds().filter(in_order).count();
         held as f64 / self.worlds.len().max(1) as f64
     }
+}
+
+/// The places of [`PRINTED_METHODS`] in [`Estimator::ALL`].
+fn printed_places() -> [usize; 3] {
+    let place = |wanted| Method::ALL.iter().position(|&method| method == wanted);
+    PRINTED_METHODS.map(|method| place(method).unwrap_or(0)) // every method is listed
 }
 
 /// Mean and standard deviation (with n − 1) of each figure.
@@ -201,23 +157,25 @@ mod tests {
     }
 
     #[test]
-    fn the_oracle_is_last_and_no_distance_from_itself() {
-        let evaluation = Evaluation::run(Choices::PRIMARY, 5, 2, || {});
-        let fusers: Vec<_> = evaluation.methods.iter().map(|row| row.method).collect();
-        assert_eq!(fusers, Fuser::ALL);
-        let [bayes, .., oracle] = evaluation.methods.as_slice() else {
-            panic!("{fusers:?}");
+    fn the_oracle_is_last_with_distance_zero() {
+        let evaluation = Evaluation::run(EvaluationSetup::PRIMARY, 5, 2, || {});
+        let rows = evaluation.estimators.iter();
+        let estimators: Vec<_> = rows.map(|row| row.estimator).collect();
+        assert_eq!(estimators, Estimator::ALL);
+        let [bayes, .., oracle] = evaluation.estimators.as_slice() else {
+            panic!("{estimators:?}");
         };
-        assert_eq!((oracle.method, oracle.to_oracle), (Fuser::Oracle, 0.0));
+        let last = (oracle.estimator, oracle.to_oracle);
+        assert_eq!(last, (Estimator::Oracle, 0.0));
         assert_eq!(bayes.to_oracle, bayes.mean.mae - oracle.mean.mae);
     }
 
     #[test]
-    fn threads_change_no_figure() {
+    fn the_number_of_threads_changes_no_figure() {
         let run = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
             let pool = pool.build().unwrap();
-            pool.install(|| Evaluation::run(Choices::PRIMARY, 5, 7, || {}))
+            pool.install(|| Evaluation::run(EvaluationSetup::PRIMARY, 5, 7, || {}))
         };
         assert_eq!(run(1), run(3));
     }

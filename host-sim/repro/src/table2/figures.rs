@@ -1,6 +1,5 @@
-//! The six figures of Table 2, and how far others are from them.
+//! The six figures of Table 2 and their comparison with the printed ones.
 
-use super::Choices;
 use certainty_sim::fusion::Method;
 use certainty_sim::simulation::Score;
 
@@ -17,7 +16,7 @@ impl Figures {
     /// What Table 2 of \[001\] prints.
     pub const PRINTED: Self = Self([0.101, 0.069, 0.022, 0.012, 0.009, 0.006]);
 
-    /// What the figures are called, in their order.
+    /// The names of the figures, in their order.
     pub const NAMES: [&'static str; 6] = [
         "bayes MAE",
         "bayes MSE",
@@ -32,7 +31,7 @@ impl Figures {
 
     pub(super) const ZERO: Self = Self([0.0; 6]);
 
-    /// Takes them from the scores of [`PRINTED_METHODS`].
+    /// Creates the figures from the scores of [`PRINTED_METHODS`].
     #[must_use]
     pub fn of(scores: [&Score; 3]) -> Self {
         let [bayes, robust, median] = scores;
@@ -59,18 +58,10 @@ impl Figures {
         core::array::from_fn(|n| self.0[n] / other.0[n])
     }
 
-    /// Returns which are reproduced.
+    /// Returns which figures are reproduced: within [`Self::NEAR`] of the printed ones.
     #[must_use]
     pub fn near(&self) -> [bool; 6] {
         self.ratios().map(|ratio| (ratio - 1.0).abs() <= Self::NEAR)
-    }
-
-    /// Returns the factor, 1 or more, that the farthest of them is off the printed one.
-    ///
-    /// Formula: exp(max |ln(ours/printed)|); ∞ where a figure is 0.
-    #[must_use]
-    pub fn worst_factor(&self) -> f64 {
-        self.ratios().map(factor).into_iter().fold(1.0, f64::max)
     }
 
     /// Returns whether they are in the paper's order, by MAE and by MSE: median below robust below
@@ -91,19 +82,9 @@ impl Figures {
     }
 }
 
-/// A ratio as a factor of 1 or more, whichever way it points.
-#[must_use]
-pub fn factor(ratio: f64) -> f64 {
+/// Returns a ratio or its inverse, whichever is 1 or more.
+pub(super) fn factor(ratio: f64) -> f64 {
     ratio.max(1.0 / ratio)
-}
-
-/// A set-up with its figures.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Candidate {
-    /// The set-up.
-    pub choices: Choices,
-    /// What it comes to.
-    pub figures: Figures,
 }
 
 #[cfg(test)]
@@ -111,22 +92,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_printed_figures_are_near_themselves_and_in_order() {
+    fn the_printed_figures_are_near_and_in_order() {
         let printed = Figures::PRINTED;
-        assert_eq!(printed.worst_factor(), 1.0);
         assert_eq!(printed.near(), [true; 6]);
         assert!(printed.in_the_papers_order());
     }
 
     #[test]
-    fn the_farthest_figure_counts_whichever_way_it_is_off() {
+    fn a_factor_is_1_or_more_either_way() {
+        assert_eq!([factor(0.25), factor(3.0), factor(1.0)], [4.0, 3.0, 1.0]);
+        assert_eq!(factor(0.0), f64::INFINITY);
         let mut off = Figures::PRINTED;
         off.0[3] = 0.003; // a quarter
         off.0[0] = 0.303; // three times
-        assert!((off.worst_factor() - 4.0).abs() < 1e-12);
         assert_eq!(off.near(), [false, true, true, false, true, true]);
-        off.0[3] = 0.0;
-        assert_eq!(off.worst_factor(), f64::INFINITY);
     }
 
     #[test]
@@ -137,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn the_order_must_hold_by_both_figures() {
+    fn the_order_holds_by_mae_and_mse() {
         let mut mixed = Figures::PRINTED;
         mixed.0[5] = 0.013; // the median's MSE above the robust grid's
         assert!(!mixed.in_the_papers_order());

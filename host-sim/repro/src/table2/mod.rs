@@ -1,17 +1,17 @@
-//! \[001\] §6.2, Table 2: how far each method's grid is from that of perfect sensors.
+//! \[001\] §6.2, Table 2: the distance of each method's grid from that of perfect sensors.
 //!
-//! One [`repetition`] is the paper's whole evaluation: sensors ABC, ABCD and ABCDE of Table 1 ("systems
+//! One repetition is the paper's whole evaluation: sensors ABC, ABCD and ABCDE of Table 1 ("systems
 //! with 3, 4, and 5 sensors") in several obstacle layouts, 1560 measurements a method. Its figures
-//! are the mean over its grids; the evaluation is repeated in other worlds to see how much that mean
-//! scatters.
+//! are the mean over its grids. [`Evaluation`] repeats it in other worlds, which gives the scatter of that
+//! mean; [`variations`] changes one factor of the set-up at a time.
 //!
-//! Beside the methods stands an [oracle](super::Oracle) for each crew, told the error rates of its sensors
-//! in other layouts. It aims at neither MAE nor MSE, and takes free and occupied as equally likely: a
-//! method can come below it.
+//! Beside the methods stands an [oracle](super::Oracle) for each set of sensors, with the error rates of its
+//! sensors in other layouts. It minimises neither MAE nor MSE, and its prior for free and occupied is even:
+//! a method can have a smaller error.
 //!
 //! # The primary set-up
 //!
-//! [`Choices::PRIMARY`] is fixed from the text, before and whatever the results:
+//! [`EvaluationSetup::PRIMARY`] is fixed from the text, before the results and independent of them:
 //!
 //! | what | is | because |
 //! |---|---|---|
@@ -31,21 +31,16 @@
 //! | cells | 17 × 11 of 10 cm, eight bits | §6.1 |
 //! | `AddToGrid` | the core's defaults | nothing is said of thresholds and steps |
 //!
-//! Every line but the last two is a [`Choice`] with its alternatives.
+//! Every line but the last two is one of [`FACTORS`], with its levels.
 
-mod choices;
 mod evaluation;
+mod factors;
 mod figures;
-mod oracles;
 mod repetition;
 mod sensitivity;
 
-pub use choices::{
-    Accuracy, Alternative, CHOICES, Choice, Choices, Evidence, FalseDistances, Obstacles, Open,
-    Permanent, Spread, Standard, Sweeps,
-};
-pub use evaluation::{Evaluation, Fuser, MethodFigures};
-pub use figures::{Candidate, Figures, PRINTED_METHODS, factor};
-pub use oracles::Oracles;
-pub use repetition::{Measure, Repetition, Teller, repetition};
-pub use sensitivity::{BestGiven, Effort, Neighbour, Search, neighbours, neighbours_steps};
+pub use evaluation::{EstimatorFigures, Evaluation};
+pub use factors::{EvaluationSetup, FACTORS, Factor, Level};
+pub use figures::{Figures, PRINTED_METHODS};
+pub use repetition::Estimator;
+pub use sensitivity::{Variation, variations, variations_steps};

@@ -8,10 +8,10 @@ use std::fs;
 use std::path::Path;
 use tempfile::TempDir;
 
-/// Bad input is told from good in a few seconds, on a busy machine too.
+/// Limit for runs that fail or have little to do; enough for a busy machine too.
 pub(crate) const QUICKLY: Duration = Duration::from_secs(15);
 
-/// Where the made-up scans are taken.
+/// The pose of the synthetic scans.
 pub(crate) const PLACE: Place = Place {
     x: 0.0,
     y: 0.0,
@@ -34,7 +34,7 @@ pub(crate) fn folder_with(content: impl AsRef<[u8]>) -> TempDir {
     folder
 }
 
-/// Runs the program in `folder` with `arguments` separated by spaces, and not for long.
+/// Runs the program in `folder` with `arguments` separated by spaces, for at most [`QUICKLY`].
 ///
 /// # Panics
 /// If it takes longer.

@@ -9,7 +9,7 @@ use serde_json::Value;
 use std::fs;
 use std::path::Path;
 
-/// What a pixel says by the thresholds 0.65 and 0.196 of `map_server`.
+/// A pixel's state by the thresholds 0.65 and 0.196 of `map_server`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Cell {
     /// Darkness below 0.196.
@@ -71,7 +71,7 @@ impl Map {
         self.cells[y * self.width + x]
     }
 
-    /// Returns what the map says of a place in metres; unknown beyond its borders.
+    /// Returns the state at a place in metres; unknown outside the map.
     #[must_use]
     pub(crate) fn at_place(&self, x: f64, y: f64) -> Cell {
         let column = ((x - self.origin[0]) / self.resolution).floor();

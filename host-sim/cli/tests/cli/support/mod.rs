@@ -4,3 +4,4 @@ pub(crate) mod input;
 pub(crate) mod map;
 pub(crate) mod program;
 pub(crate) mod recording;
+pub(crate) mod shape;

@@ -1,4 +1,4 @@
-//! The program `certainty`, run as its users run it.
+//! Runs of the program `certainty`.
 
 use certainty_tests::process::{PATIENCE, Ran, run};
 use std::ffi::OsStr;
@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 
 /// Returns the program with `arguments`, to be run in `folder`.
 ///
-/// The environment says nothing about colour, and panics say where they come from.
+/// Variables for colours and backtraces are removed from its environment.
 pub(crate) fn command<A: AsRef<OsStr>>(
     folder: &Path,
     arguments: impl IntoIterator<Item = A>,

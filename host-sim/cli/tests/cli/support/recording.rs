@@ -1,4 +1,4 @@
-//! Recordings of rooms that are known: what a laser would have logged there.
+//! Synthetic recordings: the log of a laser in a known room.
 
 use core::f64::consts::{FRAC_PI_2, PI};
 use flate2::Compression;
@@ -14,7 +14,7 @@ pub(crate) struct Room {
     corners: Vec<[f64; 2]>,
 }
 
-/// Where the laser is and which way it looks: metres and radians.
+/// The laser's pose: metres and radians.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Place {
     /// Metres.
@@ -25,7 +25,7 @@ pub(crate) struct Place {
     pub(crate) heading: f64,
 }
 
-/// What a laser says that gets no echo, in metres.
+/// A laser's range without an echo, in metres.
 pub(crate) const NO_ECHO_M: f64 = 81.83;
 
 /// Beams of a scan, over the half circle ahead.
@@ -76,7 +76,7 @@ impl Room {
     }
 }
 
-/// Returns the four headings at (`x`, `y`): with half circles they see everything twice.
+/// Returns four poses at (`x`, `y`): their half circles cover every direction twice.
 #[must_use]
 pub(crate) fn all_around(x: f64, y: f64) -> [Place; 4] {
     let place = |quarter: u8| Place {
@@ -125,10 +125,7 @@ pub(crate) fn log(
         .collect()
 }
 
-/// Packs `bytes`.
-///
-/// # Panics
-/// Never: memory takes every byte.
+/// Compresses `bytes`; writing to memory never fails.
 #[must_use]
 pub(crate) fn gzip(bytes: &[u8]) -> Vec<u8> {
     let mut encoder = GzEncoder::new(Vec::new(), Compression::default());
@@ -146,7 +143,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_scan_of_a_square_is_what_geometry_says() {
+    fn a_scan_of_a_square_has_the_right_ranges() {
         let room = Room::new(&[[-1.0, -1.0], [3.0, -1.0], [3.0, 1.0], [-1.0, 1.0]]);
         let place = Place {
             x: 0.0,

@@ -1,0 +1,178 @@
+//! Options that several subcommands have, and parsers of their values.
+
+use super::failure::Failure;
+use super::output::{self, Report};
+use certainty_sim::export::OutDir;
+use clap::Args;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use core::convert::Infallible;
+use core::str::FromStr;
+use std::path::PathBuf;
+
+/// `--json`: part of every subcommand.
+#[derive(Debug, Clone, Copy, Args)]
+pub(super) struct JsonOption {
+    /// Print one JSON document instead of text
+    #[arg(long)]
+    pub(super) json: bool,
+}
+
+/// `--out` and `--json`: part of every subcommand that writes files.
+#[derive(Debug, Clone, Args)]
+pub(super) struct OutputOptions {
+    /// Folder for the files
+    #[arg(long, value_name = "DIR", default_value = "out")]
+    pub(super) out: PathBuf,
+    #[command(flatten)]
+    json: JsonOption,
+}
+
+/// `--seed`, `--out` and `--json`: part of every subcommand that simulates.
+#[derive(Debug, Clone, Args)]
+pub(super) struct CommonOptions {
+    /// Seed of the random numbers: the same seed gives the same result
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 1,
+        allow_hyphen_values = true
+    )]
+    pub(super) seed: u64,
+    #[command(flatten)]
+    pub(super) output: OutputOptions,
+}
+
+impl JsonOption {
+    /// Prints the report as `--json` asks for it.
+    pub(super) fn print(self, report: &impl Report) -> Result<(), Failure> {
+        if self.json {
+            output::print_json(&report.document())
+        } else {
+            output::print(&report.render())
+        }
+    }
+}
+
+impl OutputOptions {
+    /// Returns whether `--json` was given.
+    pub(super) const fn is_json(&self) -> bool {
+        self.json.json
+    }
+
+    /// Refuses a folder whose name a JSON document could not hold.
+    pub(super) fn check(&self) -> Result<(), Failure> {
+        output::check_listable(self.json.json, &self.out)
+    }
+
+    /// Creates the folder.
+    pub(super) fn create(&self) -> Result<OutDir, Failure> {
+        OutDir::create(&self.out).map_err(|error| Failure::input(&error))
+    }
+
+    /// Prints the report as `--json` asks for it.
+    pub(super) fn print(&self, report: &impl Report) -> Result<(), Failure> {
+        self.json.print(report)
+    }
+}
+
+/// `--jobs N`: part of every subcommand that runs in parallel.
+#[derive(Debug, Clone, Copy, Args)]
+pub(super) struct Jobs {
+    /// Number of threads, which does not change the result [default: one per core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    jobs: Option<u16>,
+}
+
+impl Jobs {
+    /// Returns whether a number was given.
+    pub(super) const fn are_given(self) -> bool {
+        self.jobs.is_some()
+    }
+
+    /// Runs `work` with this number of `rayon` threads.
+    pub(super) fn run<T: Send>(self, work: impl FnOnce() -> T + Send) -> Result<T, Failure> {
+        // Zero: rayon counts the cores.
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(self.jobs.unwrap_or(0).into())
+            .build()
+            .map_err(|error| Failure::Internal(format!("cannot start threads: {error}")))?;
+        Ok(pool.install(work))
+    }
+}
+
+/// Returns the parser of a value by its name; the help and the error list all names.
+pub(super) fn named<T: Copy + Send + Sync + 'static>(
+    all: impl IntoIterator<Item = T>,
+    name: fn(T) -> &'static str,
+) -> impl TypedValueParser<Value = T> {
+    let all: Vec<T> = all.into_iter().collect();
+    let names: Vec<_> = all.iter().map(|&value| name(value)).collect();
+    PossibleValuesParser::new(names).try_map(move |text| {
+        let found = all.iter().copied().find(|&value| name(value) == text);
+        found.ok_or("not a listed name") // the parser refused every other one
+    })
+}
+
+/// A value of a repeatable option, or `none` for an empty list.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum OrNone<T> {
+    None,
+    Some(T),
+}
+
+impl<T: FromStr> FromStr for OrNone<T> {
+    type Err = T::Err;
+
+    fn from_str(text: &str) -> Result<Self, T::Err> {
+        match text {
+            "none" => Ok(Self::None),
+            some => some.parse().map(Self::Some),
+        }
+    }
+}
+
+/// A name that is resolved after parsing.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Name(pub String);
+
+impl FromStr for Name {
+    type Err = Infallible;
+
+    fn from_str(text: &str) -> Result<Self, Infallible> {
+        Ok(Self(text.to_owned()))
+    }
+}
+
+/// Returns the values of the repeatable `option`; an error for `none` together with a value.
+pub(super) fn given<T: Clone>(option: &str, all: &[OrNone<T>]) -> Result<Vec<T>, Failure> {
+    let some: Vec<T> = all
+        .iter()
+        .filter_map(|one| match one {
+            OrNone::None => None,
+            OrNone::Some(one) => Some(one.clone()),
+        })
+        .collect();
+    if !some.is_empty() && some.len() < all.len() {
+        let line = format!("{option}: none and a value together: expected none alone, or values");
+        return Err(Failure::Input(line));
+    }
+    Ok(some)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn none_and_a_value_are_refused_together() {
+        let given = |texts: &[&str]| {
+            let all: Vec<OrNone<u8>> = texts.iter().map(|text| text.parse().unwrap()).collect();
+            given("--option", &all)
+        };
+        assert_eq!(given(&[]).unwrap(), [0_u8; 0]);
+        assert_eq!(given(&["none", "none"]).unwrap(), [0_u8; 0]);
+        assert_eq!(given(&["3", "4"]).unwrap(), [3, 4]);
+        assert!(given(&["3", "none"]).is_err() && given(&["none", "3"]).is_err());
+        assert!("nones".parse::<OrNone<u8>>().is_err());
+    }
+}
