@@ -1,15 +1,14 @@
-//! Quantities as people write them: `100mm`, `15deg`, `3s`, `20%`.
+//! Quantities with units: `100mm`, `15deg`, `3s`, `20%`.
 //!
-//! A number without a unit is refused, never guessed: a command line is no place to find out whether
-//! 8 meant metres. Every function is a parser that `clap` takes as it is.
+//! A number without a unit is an error. Every function can be a value parser of `clap`.
 
 use certainty_core::units::{BinaryAngle, Millimeters, Point, Ticks};
 use core::fmt;
 use thiserror::Error;
 
-/// A displacement along a line, in millimetres; either sign.
+/// A displacement along a line, in millimetres, of either sign.
 ///
-/// Units and range: within ±[`Point::LIMIT`] mm where [`signed_length`] made it.
+/// Units and range: within ±[`Point::LIMIT`] mm if [`signed_length`] parsed it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct SignedMillimeters(i32);
 
@@ -35,13 +34,13 @@ impl fmt::Display for SignedMillimeters {
 
 /// A share of a whole, as a percentage.
 ///
-/// Possession proves that it is a number from 0 % to 100 %. Kept as it was written, so that
-/// printing and reading it again yields the same bits.
+/// Possession proves that it is a number from 0 % to 100 %. The percentage itself is stored, so that
+/// printing and parsing it yields the same bits.
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Default)]
 pub struct Percentage(f64);
 
 impl Percentage {
-    /// Creates a percentage; `None` outside 0..=100 and for what is no number.
+    /// Creates a percentage; `None` outside 0..=100 and for NaN.
     #[must_use]
     pub fn try_new(percent: f64) -> Option<Self> {
         // Adding zero turns −0 into 0.
@@ -63,64 +62,17 @@ impl fmt::Display for Percentage {
     }
 }
 
-/// Why a text is no quantity; displays as one line that says what is allowed.
+/// Why a text is not a quantity; displays as one line with what is allowed.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-pub enum QuantityError {
-    /// A number without its unit.
-    #[error("'{text}' has no unit: write {example}")]
-    MissingUnit {
-        /// What was written.
-        text: Excerpt,
-        /// What could have been.
-        example: &'static str,
-    },
-    /// A unit that this kind of quantity does not have.
-    #[error("'{text}' has the unknown unit '{unit}': write {example}")]
-    UnknownUnit {
-        /// What was written.
-        text: Excerpt,
-        /// The part that is no unit.
-        unit: Excerpt,
-        /// What could have been.
-        example: &'static str,
-    },
-    /// No number in front of the unit.
-    #[error("'{text}' is not a number with a unit: write {example}")]
-    NotANumber {
-        /// What was written.
-        text: Excerpt,
-        /// What could have been.
-        example: &'static str,
-    },
-    /// NaN or an infinity.
-    #[error("'{text}' is not a finite number: write {example}")]
-    NotFinite {
-        /// What was written.
-        text: Excerpt,
-        /// What could have been.
-        example: &'static str,
-    },
-    /// Beyond what the quantity can hold.
-    #[error("'{text}' is too large: at most {most}")]
-    TooLarge {
-        /// What was written.
-        text: Excerpt,
-        /// The largest value.
-        most: &'static str,
-    },
-    /// Below zero, where that has no meaning.
-    #[error("'{text}' is negative: write {example}")]
-    Negative {
-        /// What was written.
-        text: Excerpt,
-        /// What could have been.
-        example: &'static str,
-    },
+#[error("'{text}' {problem}")]
+pub struct QuantityError {
+    text: Excerpt,
+    problem: String,
 }
 
-/// The start of a text somebody wrote, fit to be quoted in a line of an error message.
+/// The start of a text, for quoting in a line of an error message.
 ///
-/// Possession proves that it is short and holds no control character, whatever was written.
+/// Possession proves that it is short and has no control character.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Excerpt(String);
 
@@ -152,7 +104,7 @@ impl fmt::Display for Excerpt {
 /// A unit and how many base units it is.
 type Unit = (&'static str, f64);
 
-/// One kind of quantity: its units, the largest value, and how it is written.
+/// One kind of quantity: its units, its largest value, and an example.
 struct Kind {
     units: &'static [Unit],
     /// Largest value in base units.
@@ -178,7 +130,7 @@ const SIGNED_LENGTH: Kind = Kind {
 
 const ANGLE: Kind = Kind {
     units: &[("deg", 1.0), ("rad", 180.0 / core::f64::consts::PI)],
-    // Beyond a hundred turns either way it is a slip of the pen.
+    // More than a hundred turns either way is a mistake.
     most: 36_000.0,
     most_written: "36000deg either way",
     example: "an angle such as 15deg or 0.5rad",
@@ -212,70 +164,47 @@ const PERCENTAGE: Kind = Kind {
 impl Kind {
     /// The value of `text` in base units: finite, within the limits of its kind.
     fn parse(&self, text: &str) -> Result<f64, QuantityError> {
-        let example = self.example;
-        let quoted = Excerpt::new(text);
         let whole = text.trim();
         let number = whole.trim_end_matches(|c: char| c.is_alphabetic() || c == '%');
         let unit = &whole[number.len()..];
         let number = number.trim_end();
-        let Ok(value) = number.parse::<f64>() else {
-            // `nan` and `inf` are letters, as units are.
-            let of_letters = self
-                .units
-                .iter()
-                .find_map(|(unit, _)| whole.strip_suffix(unit))
-                .unwrap_or(whole)
-                .parse::<f64>();
-            return Err(if of_letters.is_ok() {
-                QuantityError::NotFinite {
-                    text: quoted,
-                    example,
+        let scale = self.units.iter().find(|(name, _)| *name == unit);
+        let value = number.parse::<f64>();
+        // The letters of `nan` and `inf` look like units.
+        let of_letters = self
+            .units
+            .iter()
+            .find_map(|(unit, _)| whole.strip_suffix(unit));
+        let not_finite = of_letters.unwrap_or(whole).parse::<f64>();
+        let problem = match (value, scale) {
+            (Err(_), _) if not_finite.is_ok() => "is not a finite number".to_owned(),
+            (Err(_), _) => "is not a number with a unit".to_owned(),
+            (Ok(_), None) if unit.is_empty() => "has no unit".to_owned(),
+            (Ok(_), None) => format!("has the unknown unit '{}'", Excerpt::new(unit)),
+            (Ok(_), Some(_)) if number.ends_with(char::is_alphabetic) => {
+                "is not a finite number".to_owned()
+            }
+            (Ok(value), Some((_, scale))) => {
+                let value = value * scale;
+                if value < 0.0 && !self.signed {
+                    "is negative".to_owned()
+                } else if value.abs() <= self.most {
+                    return Ok(value);
+                } else {
+                    let problem = format!("is too large: at most {}", self.most_written);
+                    let text = Excerpt::new(text);
+                    return Err(QuantityError { text, problem });
                 }
-            } else {
-                QuantityError::NotANumber {
-                    text: quoted,
-                    example,
-                }
-            });
+            }
         };
-        if unit.is_empty() {
-            return Err(QuantityError::MissingUnit {
-                text: quoted,
-                example,
-            });
-        }
-        let Some((_, scale)) = self.units.iter().find(|(name, _)| *name == unit) else {
-            return Err(QuantityError::UnknownUnit {
-                text: quoted,
-                unit: Excerpt::new(unit),
-                example,
-            });
-        };
-        // A spelt-out infinity says so; digits that overflow are merely too large.
-        if number.ends_with(char::is_alphabetic) {
-            return Err(QuantityError::NotFinite {
-                text: quoted,
-                example,
-            });
-        }
-        let value = value * scale;
-        if value < 0.0 && !self.signed {
-            return Err(QuantityError::Negative {
-                text: quoted,
-                example,
-            });
-        }
-        if value.abs() > self.most {
-            return Err(QuantityError::TooLarge {
-                text: quoted,
-                most: self.most_written,
-            });
-        }
-        Ok(value)
+        Err(QuantityError {
+            text: Excerpt::new(text),
+            problem: format!("{problem}: write {}", self.example),
+        })
     }
 }
 
-/// Reads a length, `0mm..=268435456mm` ([`Point::LIMIT`]), in `mm`, `cm` or `m`.
+/// Parses a length, `0mm..=268435456mm` ([`Point::LIMIT`]), in `mm`, `cm` or `m`.
 ///
 /// Rounds to the nearest millimetre, ties up.
 ///
@@ -292,84 +221,184 @@ impl Kind {
 /// ```
 ///
 /// # Errors
-///
-/// [`QuantityError`] names what is wrong with the text.
+/// [`QuantityError`] if the text is not such a quantity.
 pub fn length(text: &str) -> Result<Millimeters, QuantityError> {
     LENGTH
         .parse(text)
         .map(|mm| Millimeters::new(mm.round() as u32))
 }
 
-/// Reads a displacement, `-268435456mm..=268435456mm`, in `mm`, `cm` or `m`.
+/// Parses a displacement, `-268435456mm..=268435456mm`, in `mm`, `cm` or `m`.
 ///
 /// Rounds to the nearest millimetre, ties away from zero.
 ///
 /// # Errors
-///
-/// [`QuantityError`] names what is wrong with the text.
+/// [`QuantityError`] if the text is not such a quantity.
 pub fn signed_length(text: &str) -> Result<SignedMillimeters, QuantityError> {
     SIGNED_LENGTH
         .parse(text)
         .map(|mm| SignedMillimeters::new(mm.round() as i32))
 }
 
-/// Reads an angle of either sign in `deg` or `rad`, up to a hundred turns.
+/// Parses an angle of either sign in `deg` or `rad`, up to a hundred turns.
 ///
 /// Rounds to the nearest thousandth of a degree, then to the nearest step of a [`BinaryAngle`].
 ///
 /// # Errors
-///
-/// [`QuantityError`] names what is wrong with the text.
+/// [`QuantityError`] if the text is not such a quantity.
 pub fn angle(text: &str) -> Result<BinaryAngle, QuantityError> {
     ANGLE
         .parse(text)
         .map(|degrees| BinaryAngle::from_millidegrees((degrees * 1000.0).round() as i32))
 }
 
-/// Reads the opening angle of a beam in `deg` or `rad`: 0 to less than half a turn.
+/// Parses the opening angle of a beam in `deg` or `rad`: 0 to less than half a turn.
 ///
 /// Rounds as [`angle`] does.
 ///
 /// # Errors
-///
-/// [`QuantityError`] names what is wrong with the text.
+/// [`QuantityError`] if the text is not such a quantity.
 pub fn opening(text: &str) -> Result<BinaryAngle, QuantityError> {
     OPENING
         .parse(text)
         .map(|degrees| BinaryAngle::from_millidegrees((degrees * 1000.0).round() as i32))
 }
 
-/// Reads a time since the clock's start, `0ms..=4294967295ms`, in `ms`, `s` or `min`.
+/// Parses a time since the clock's start, `0ms..=4294967295ms`, in `ms`, `s` or `min`.
 ///
 /// Rounds to the nearest tick, ties up.
 ///
 /// # Errors
-///
-/// [`QuantityError`] names what is wrong with the text.
+/// [`QuantityError`] if the text is not such a quantity.
 pub fn duration(text: &str) -> Result<Ticks, QuantityError> {
     DURATION.parse(text).map(|ms| Ticks::new(ms.round() as u32))
 }
 
-/// Reads a percentage, `0%..=100%`.
+/// Parses a percentage, `0%..=100%`.
 ///
 /// # Errors
-///
-/// [`QuantityError`] names what is wrong with the text.
+/// [`QuantityError`] if the text is not such a quantity.
 pub fn percentage(text: &str) -> Result<Percentage, QuantityError> {
-    // In range already, and 0 has no other sign here.
+    // In range already; adding zero turns −0 into 0.
     PERCENTAGE
         .parse(text)
         .map(|percent| Percentage(percent + 0.0))
 }
 
-/// Reads a percentage, `0%..=100%`, as a fraction `0.0..=1.0`.
+/// Parses a percentage, `0%..=100%`, as a fraction `0.0..=1.0`.
 ///
 /// # Errors
-///
-/// [`QuantityError`] names what is wrong with the text.
+/// [`QuantityError`] if the text is not such a quantity.
 pub fn fraction(text: &str) -> Result<f64, QuantityError> {
     percentage(text).map(Percentage::fraction)
 }
 
 #[cfg(test)]
-mod tests;
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn lengths_have_three_units() {
+        for (text, mm) in [
+            ("100mm", 100),
+            ("35cm", 350),
+            ("8m", 8000),
+            ("0.25m", 250),
+            (" 1e3 mm ", 1000),
+            ("0mm", 0),
+            ("-0m", 0),
+            ("0.5mm", 1),
+            ("0.49mm", 0),
+            ("268435456mm", 1 << 28),
+        ] {
+            assert_eq!(length(text), Ok(Millimeters::new(mm)), "{text}");
+        }
+        assert_eq!(signed_length("-200mm"), Ok(SignedMillimeters::new(-200)));
+        assert_eq!(signed_length("+2cm"), Ok(SignedMillimeters::new(20)));
+    }
+
+    #[test]
+    fn angles_times_and_shares_have_their_units() {
+        assert_eq!(angle("90deg"), Ok(BinaryAngle::QUARTER));
+        assert_eq!(angle("-270deg"), Ok(BinaryAngle::QUARTER));
+        assert_eq!(angle("3.14159265rad"), Ok(BinaryAngle::HALF));
+        assert_eq!(duration("3s"), Ok(Ticks::new(3000)));
+        assert_eq!(duration("250ms"), Ok(Ticks::new(250)));
+        assert_eq!(duration("2min"), Ok(Ticks::new(120_000)));
+        assert_eq!(fraction("20%"), Ok(0.2));
+        assert_eq!(fraction("100%"), Ok(1.0));
+    }
+
+    #[test]
+    fn each_error_is_one_line_with_an_example() {
+        let example = "a length such as 100mm, 35cm or 8m";
+        for (text, problem) in [
+            ("100", "has no unit"),
+            ("3furlongs", "has the unknown unit 'furlongs'"),
+            ("nanmm", "is not a finite number"),
+            ("-inf m", "is not a finite number"),
+            ("269km", "has the unknown unit 'km'"),
+            ("-1mm", "is negative"),
+            ("mm", "is not a number with a unit"),
+            ("", "is not a number with a unit"),
+        ] {
+            let line = format!("'{text}' {problem}: write {example}");
+            assert_eq!(length(text).unwrap_err().to_string(), line);
+        }
+        for (line, error) in [
+            (
+                "'1e400mm' is too large: at most 268435456mm",
+                length("1e400mm").err(),
+            ),
+            (
+                "'300000m' is too large: at most 268435456mm",
+                length("300000m").err(),
+            ),
+            (
+                "'101%' is too large: at most 100%",
+                percentage("101%").err(),
+            ),
+            (
+                "'1e9deg' is too large: at most 36000deg either way",
+                angle("1e9deg").err(),
+            ),
+        ] {
+            assert_eq!(error.unwrap().to_string(), line);
+        }
+    }
+
+    #[test]
+    fn long_text_is_quoted_as_one_short_line() {
+        let line = length(&"7\n".repeat(10_000)).unwrap_err().to_string();
+        assert!(!line.contains('\n') && line.len() < 200, "{line}");
+    }
+
+    proptest! {
+        #[test]
+        fn any_text_is_read_or_refused_in_one_line(text in any::<String>(), unit in "(mm|deg|s|%)?") {
+            let text = text + &unit;
+            let errors = [
+                length(&text).err(),
+                signed_length(&text).err(),
+                angle(&text).err(),
+                duration(&text).err(),
+                percentage(&text).err(),
+            ];
+            for error in errors.into_iter().flatten() {
+                prop_assert_eq!(error.to_string().lines().count(), 1);
+            }
+        }
+
+        #[test]
+        fn millimetres_are_read_back(mm in 0..=1_u32 << 28) {
+            prop_assert_eq!(length(&Millimeters::new(mm).to_string()), Ok(Millimeters::new(mm)));
+        }
+
+        #[test]
+        fn percentage_is_read_back_to_the_bit(percent in 0.0..=100.0_f64) {
+            let written = Percentage::try_new(percent).unwrap();
+            prop_assert_eq!(percentage(&written.to_string()), Ok(written));
+        }
+    }
+}

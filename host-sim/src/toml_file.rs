@@ -1,4 +1,4 @@
-//! Reading TOML files that people write: bounded, and every complaint with its line.
+//! Reads TOML files: of bounded size, and with the line of every error.
 
 use serde::de::DeserializeOwned;
 use std::fs::File;
@@ -6,7 +6,7 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
-/// Largest file that is read, in bytes: some 40 000 obstacles.
+/// Largest file that is read, in bytes: about 40 000 obstacles.
 const MOST_BYTES: u64 = 4 << 20;
 
 /// Why a file was refused; displays as one line.
@@ -17,36 +17,36 @@ pub enum TomlError {
     Unreadable {
         /// Its path.
         file: PathBuf,
-        /// What it should be.
+        /// Its expected content.
         what: &'static str,
-        /// What the system said.
+        /// The system's error.
         source: io::Error,
     },
-    /// The file is larger than any needs to be.
-    #[error("{}: over 4 MiB, which is no {what}; check the path", file.display())]
+    /// The file is larger than 4 MiB.
+    #[error("{}: over 4 MiB, too large for a {what}; check the path", file.display())]
     TooLong {
         /// Its path.
         file: PathBuf,
-        /// What it should be.
+        /// Its expected content.
         what: &'static str,
     },
-    /// Something in the file is not as it should be.
+    /// Something in the file is not valid.
     #[error("{file}:{line}: {problem}")]
     Invalid {
-        /// The name it was given.
+        /// Its name.
         file: String,
         /// The line, from 1.
         line: usize,
-        /// What is wrong and what to do.
+        /// What is wrong and what is expected.
         problem: String,
     },
 }
 
-/// Reads the file at `path`, which should be a `what`.
+/// Reads the file at `path`; `what` names its content in errors.
 ///
 /// # Errors
 ///
-/// [`TomlError`] where it cannot be read or is too long.
+/// [`TomlError`] if it cannot be read or is too long.
 pub fn read(path: &Path, what: &'static str) -> Result<Vec<u8>, TomlError> {
     let unreadable = |source| TomlError::Unreadable {
         file: path.to_owned(),
@@ -54,7 +54,7 @@ pub fn read(path: &Path, what: &'static str) -> Result<Vec<u8>, TomlError> {
         source,
     };
     let mut bytes = Vec::new();
-    // One byte more than is allowed tells a long file, or a device without end.
+    // One byte more than allowed shows a longer file, or a device without end.
     File::open(path)
         .map_err(unreadable)?
         .take(MOST_BYTES + 1)
@@ -67,14 +67,14 @@ pub fn read(path: &Path, what: &'static str) -> Result<Vec<u8>, TomlError> {
     Ok(bytes)
 }
 
-/// The bytes of a file, and what errors call it.
+/// The bytes of a file, and its name in errors.
 #[derive(Debug, Clone, Copy)]
 pub struct TomlFile<'a> {
     /// Its name.
     pub file: &'a str,
     /// Its content.
     pub bytes: &'a [u8],
-    /// What it should be.
+    /// Its expected content.
     pub what: &'static str,
     /// A part of such a file, on one line.
     pub sample: &'static str,
@@ -85,7 +85,7 @@ impl TomlFile<'_> {
     ///
     /// # Errors
     ///
-    /// [`TomlError::Invalid`] names the line and what to do.
+    /// [`TomlError::Invalid`] with the line, and what is expected.
     pub fn parse<T: DeserializeOwned>(&self) -> Result<T, TomlError> {
         let text = core::str::from_utf8(self.bytes).map_err(|e| {
             let problem = format!("not UTF-8 text; a {} is TOML", self.what);
@@ -94,7 +94,7 @@ impl TomlFile<'_> {
         toml::from_str(text).map_err(|e| {
             let offset = e.span().map_or(0, |span| span.start);
             let mut problem = one_line(e.message());
-            // What the parser says of a value that has the wrong form does not say how to write it.
+            // The parser's message for a value of the wrong form has no example.
             let of_form = ["invalid type: ", "invalid length ", "missing field "];
             let hinted = problem.contains("such as");
             if !hinted && of_form.iter().any(|start| problem.starts_with(start)) {
@@ -104,7 +104,7 @@ impl TomlFile<'_> {
         })
     }
 
-    /// A complaint about the byte at `offset`.
+    /// The error for the byte at `offset`.
     #[must_use]
     pub fn invalid(&self, offset: usize, problem: String) -> TomlError {
         let before = self.bytes.get(..offset).unwrap_or(self.bytes);
@@ -116,7 +116,7 @@ impl TomlFile<'_> {
     }
 }
 
-/// A message as one line: breaks joined, control characters escaped, cut where it rambles.
+/// A message as one line: breaks joined, control characters escaped, and cut at 300 characters.
 fn one_line(message: &str) -> String {
     const MOST: usize = 300;
     let joined = message

@@ -8,7 +8,7 @@ use certainty_core::units::Millimeters;
 use certainty_sim::calibration::{
     Assessment, Spread, error_histogram, error_over_distance, load, typical,
 };
-use certainty_sim::export::{OutDir, shown};
+use certainty_sim::export::{OutDir, display_path};
 use certainty_sim::quantity::{self, Excerpt};
 use certainty_sim::transducer::{GP2D02_UNITS, MeasuredUnit};
 use clap::Args;
@@ -202,7 +202,7 @@ impl Report for Calibration<'_> {
              too near or as no object.\n";
         text += &format!(
             "Charts in {}: calibrate-errors and calibrate-over-distance, .png and .svg, of {}.\n",
-            shown(&self.arguments.output.out),
+            display_path(&self.arguments.output.out),
             if self.units.len() > 3 {
                 "the units with the least, the middle and the largest sd"
             } else {

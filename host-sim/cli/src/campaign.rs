@@ -6,7 +6,7 @@ use super::output::{self, Report, progress};
 use super::table::{percent, row, table};
 use certainty_repro::campaign::{Campaign, CampaignError, Row, Selection};
 use certainty_repro::{Estimate, Waits, standard_deviation};
-use certainty_sim::export::{ExportError, OutDir, shown};
+use certainty_sim::export::{ExportError, OutDir, display_path};
 use certainty_sim::fusion::Rules;
 use certainty_sim::plot::{Axis, BarChart, BarSeries};
 use clap::Args;
@@ -64,7 +64,7 @@ fn append(campaign: &Campaign, path: &Path) -> Result<(), Failure> {
     if journal.dropped() > 0 {
         output::note(&format!(
             "{}: unfinished; continued after {before} complete scenarios",
-            shown(path)
+            display_path(path)
         ));
     }
     let bar = progress("scenarios", all as u64);
@@ -76,7 +76,7 @@ fn append(campaign: &Campaign, path: &Path) -> Result<(), Failure> {
     bar.finish_and_clear();
     output::print(&format!(
         "{}: {all} scenarios, {} of them new\n",
-        shown(path),
+        display_path(path),
         all - before
     ))
 }
@@ -251,7 +251,7 @@ impl<'a> Summary<'a> {
         text += &format!(
             "\ncharts in {}: campaign-missed.png and campaign-ghosts.png, also as SVG; whiskers: the spread \
              over scenarios\n",
-            shown(&self.arguments.common.output.out)
+            display_path(&self.arguments.common.output.out)
         );
         text
     }

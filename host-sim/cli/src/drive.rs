@@ -9,7 +9,7 @@ use super::table::table;
 use certainty_control::{FailureSharing, Wgs84};
 use certainty_core::units::Point;
 use certainty_repro::drive_study::Study;
-use certainty_sim::export::{ExportError, OutDir, shown};
+use certainty_sim::export::{ExportError, OutDir, display_path};
 use certainty_sim::fault::{Defect, FaultSpec, SensorName, SpecError};
 use certainty_sim::fusion::Method;
 use certainty_sim::plot::{Axis, Line, LineChart, Span, Spot, TrackChart};
@@ -317,8 +317,8 @@ impl Report for Driven<'_> {
         text += &rating(&self.outcome);
         text += &format!(
             "\nevery step in {}; charts in {}: drive-track, drive-speeds, drive-goal, drive-angle\n",
-            shown(&self.out.join("drive.csv")),
-            shown(self.out)
+            display_path(&self.out.join("drive.csv")),
+            display_path(self.out)
         );
         text
     }
@@ -385,7 +385,7 @@ fn faults(arguments: &Arguments) -> Result<Vec<FaultSpec>, Failure> {
 
 /// Returns the world's name in errors.
 fn world_name(file: Option<&Path>) -> String {
-    file.map_or_else(|| "the built-in course".to_owned(), shown)
+    file.map_or_else(|| "the built-in course".to_owned(), display_path)
 }
 
 fn check_start(drive: &Drive, file: Option<&Path>) -> Result<(), Failure> {

@@ -1,7 +1,7 @@
 //! Stdout and stderr: reports, notes and progress bars.
 
 use super::failure::Failure;
-use certainty_sim::export::shown;
+use certainty_sim::export::display_path;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 use std::io::{ErrorKind, IsTerminal, Write};
@@ -63,7 +63,7 @@ pub(super) fn listed(files: &[PathBuf]) -> Vec<String> {
 
 /// Returns paths as a line of text.
 pub(super) fn joined(files: &[PathBuf], separator: &str) -> String {
-    let files: Vec<String> = files.iter().map(|file| shown(file)).collect();
+    let files: Vec<String> = files.iter().map(|file| display_path(file)).collect();
     files.join(separator)
 }
 

@@ -8,7 +8,7 @@ use certainty_repro::Spread;
 use certainty_repro::recovery::{
     ConfidenceBand, ConfidenceTrace, Count, FAULTY, Noise, OverSeeds, READINGS, Recovery, share,
 };
-use certainty_sim::export::{ExportError, OutDir, shown};
+use certainty_sim::export::{ExportError, OutDir, display_path};
 use certainty_sim::fault::FaultSpec;
 use certainty_sim::fusion::Rules;
 use certainty_sim::plot::{Axis, Line, LineChart, Span};
@@ -353,5 +353,5 @@ fn time_of(readings: Option<usize>) -> String {
 }
 
 fn path(out: &Path, file: &str) -> String {
-    shown(&out.join(file))
+    display_path(&out.join(file))
 }

@@ -9,7 +9,7 @@ use certainty_core::fusion::{Beam, BeamConfig, BeamModel, Behind, Geometry};
 use certainty_core::sensor::SensorId;
 use certainty_core::transducer::Reading;
 use certainty_core::units::{BinaryAngle, Millimeters, Point};
-use certainty_sim::export::{OutDir, shown, write_grey_png, write_ros_map};
+use certainty_sim::export::{OutDir, display_path, write_grey_png, write_ros_map};
 use certainty_sim::fault::{FaultSpec, Faulty, assign};
 use certainty_sim::fusion::{FusionRules, HostMapper, Method};
 use certainty_sim::quantity;
@@ -375,7 +375,7 @@ impl Report for Replayed<'_> {
         let geometry = mapper.geometry();
         let mut text = format!(
             "{}: {} readings: {} echoes, {} without object, {} too near, {} missing\n",
-            shown(&arguments.file),
+            display_path(&arguments.file),
             recording.beams.len(),
             tally.echo,
             tally.no_object,
@@ -414,7 +414,7 @@ impl Report for Replayed<'_> {
         text += caveat([arguments.fusion]);
         text.push('\n');
         for file in &self.files {
-            text += &format!("{}\n", shown(file));
+            text += &format!("{}\n", display_path(file));
         }
         text
     }

@@ -9,7 +9,7 @@ use certainty_repro::ring_study::{
     Extraction, ExtractionRow, FaultSweep, KindRow, PoseResult, SweepResult,
 };
 use certainty_ring::{ElementKind, Joint, Ring, RingConfig, RingRules};
-use certainty_sim::export::{OutDir, shown};
+use certainty_sim::export::{OutDir, display_path};
 use certainty_sim::quantity::{self, Excerpt};
 use certainty_sim::ring::{
     DirectAssessment, FrozenRun, Observation, RingDefect, RingDiagnosis, RingFault, RingRecording,
@@ -350,7 +350,7 @@ fn render_check(
     text += &format!(
         "\nfaulty: {}\npictures: {}/ring-*.png, .svg\n",
         listed(&faulty(diagnosis)),
-        shown(&arguments.out)
+        display_path(&arguments.out)
     );
     text
 }

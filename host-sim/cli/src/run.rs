@@ -20,7 +20,7 @@ use certainty_sim::backend::{
     self, Backend, BackendError, MissingCounts, Received, ReceivedSensor, RunDetails, Sizes,
 };
 use certainty_sim::bench::{Bench, BenchFault, BenchSetup, GroundTruth};
-use certainty_sim::export::{ExportError, OutDir, shown, write_grey_png};
+use certainty_sim::export::{ExportError, OutDir, display_path, write_grey_png};
 use certainty_sim::plot::{Line, Spot, TrackChart};
 use certainty_sim::simulation::{Profile, Reference, Score};
 use certainty_sim::transducer::SensorSet;
@@ -137,7 +137,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         let world = arguments
             .world
             .as_deref()
-            .map_or_else(|| "--world".into(), shown);
+            .map_or_else(|| "--world".into(), display_path);
         let line = format!(
             "{world}: the car, {radius}mm around 0,0, starts inside an obstacle, {obstacle}: expected \
              free space"
@@ -208,7 +208,7 @@ fn failure(arguments: &Arguments, error: &BackendError) -> Failure {
                 Backend::Board => ("board", "smart_car"),
                 Backend::Native | Backend::Qemu => ("qemu", "qemu"),
             };
-            let image = shown(image);
+            let image = display_path(image);
             Failure::Input(format!(
                 "{image}: {error}; --on {on} expects the image named {name}"
             ))

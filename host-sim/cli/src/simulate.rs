@@ -7,7 +7,7 @@ use super::output::{self, Report};
 use super::table::{HealthReport, caveat, percent, row, table};
 use certainty_core::certainty::Certainty;
 use certainty_firmware::smart_car::SWEEP;
-use certainty_sim::export::{OutDir, shown, write_grey_png};
+use certainty_sim::export::{OutDir, display_path, write_grey_png};
 use certainty_sim::fault::FaultSpec;
 use certainty_sim::fusion::Method;
 use certainty_sim::quantity::Excerpt;
@@ -290,7 +290,7 @@ impl Report for Simulation<'_> {
             run.readings.len() as f64 / f64::from(setup.sensors.count()) * f64::from(STEP_MS) / 1e3;
         text += &format!(
             "\n{seconds:.0} s of simulated time; pictures in {}: overview.png shows all maps\n",
-            shown(&self.arguments.common.output.out)
+            display_path(&self.arguments.common.output.out)
         );
         text
     }

@@ -1,6 +1,6 @@
-//! Reading a file of measured points.
+//! Reads a file of measured points.
 
-use crate::export::shown;
+use crate::export::display_path;
 use crate::transducer::{MeasuredUnit, TableError, TableProblem};
 use std::fs::File;
 use std::io::{self, Read};
@@ -14,35 +14,35 @@ pub const MOST_BYTES: u64 = 8 << 20;
 #[derive(Debug, Error)]
 pub enum MeasurementsError {
     /// The file cannot be read.
-    #[error("{}: cannot be read ({source}); check its name and permissions", shown(.path))]
+    #[error("{}: cannot be read ({source}); check its name and permissions", display_path(.path))]
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: io::Error,
     },
     /// The file is a directory.
-    #[error("{}: is a directory; name one table in it", shown(.path))]
+    #[error("{}: is a directory; name one table in it", display_path(.path))]
     Directory {
         /// The directory.
         path: PathBuf,
     },
-    /// The file is longer than any table needs to be.
-    #[error("{}: over 8 MiB; give a table of at most {} points", shown(.path), MeasuredUnit::MOST_POINTS)]
+    /// The file is larger than [`MOST_BYTES`].
+    #[error("{}: over 8 MiB; give a table of at most {} points", display_path(.path), MeasuredUnit::MOST_POINTS)]
     TooLong {
         /// The file.
         path: PathBuf,
     },
     /// The file is binary.
-    #[error("{}:{line}: not text; give a table of distances and bytes (.csv)", shown(.path))]
+    #[error("{}:{line}: not text; give a table of distances and bytes (.csv)", display_path(.path))]
     NotText {
         /// The file.
         path: PathBuf,
-        /// The first line that is no UTF-8, from 1.
+        /// The first line that is not UTF-8, from 1.
         line: usize,
     },
-    /// A line is not as it should be.
-    #[error("{}:{line}: {problem}", shown(.path))]
+    /// A line is not valid.
+    #[error("{}:{line}: {problem}", display_path(.path))]
     Table {
         /// The file.
         path: PathBuf,
@@ -55,10 +55,10 @@ pub enum MeasurementsError {
 
 /// Reads the table of measured points at `path`; see [`MeasuredUnit::parse`] for its format.
 ///
-/// Memory: the file, which may have [`MOST_BYTES`], and 16 bytes a point.
+/// Memory: the file, at most [`MOST_BYTES`], and 16 bytes a point.
 ///
 /// # Errors
-/// [`MeasurementsError`] names the file and, where there is one, the line.
+/// [`MeasurementsError`] with the file and, if there is one, the line.
 ///
 /// # Examples
 /// ```
@@ -77,7 +77,7 @@ pub fn load(path: &Path) -> Result<Vec<MeasuredUnit>, MeasurementsError> {
         return Err(MeasurementsError::Directory { path: path.into() });
     }
     let mut bytes = Vec::new();
-    // One byte more than is allowed tells a long file, or a device without end.
+    // One byte more than allowed shows a longer file, or a device without end.
     file.take(MOST_BYTES + 1)
         .read_to_end(&mut bytes)
         .map_err(unreadable)?;
@@ -113,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn a_refusal_names_file_and_line() {
+    fn error_names_file_and_line() {
         let line = |bytes: &[u8]| loaded(bytes).unwrap_err();
         assert!(line(b"").starts_with("input:1: name the columns"));
         assert!(line(b"distance_mm,raw\n1,2\n\xFF\xFE\n").starts_with("input:3: not text"));
@@ -124,7 +124,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn any_bytes_are_a_table_or_refused_in_one_line(bytes in any::<Vec<u8>>()) {
+        fn any_bytes_are_a_table_or_a_one_line_error(bytes in any::<Vec<u8>>()) {
             for header in ["", "distance_mm,raw\n", "dist_cm,A,B\n1,2,3\n"] {
                 let bytes = [header.as_bytes(), &bytes].concat();
                 if let Err(line) = loaded(&bytes) {

@@ -1,9 +1,10 @@
-//! Two maps held against each other.
+//! Compares two maps cell by cell.
 
-use super::{CellState, RosMap};
+use super::map_image::CellState;
+use super::ros_map::RosMap;
 use serde::Serialize;
 
-/// How far map B agrees with map A, A being the reference.
+/// How far map B agrees with the reference map A.
 ///
 /// A fraction of nothing is `None`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -12,15 +13,15 @@ pub struct Comparison {
     pub overlap: u64,
     /// Cells that are free or occupied in both maps.
     pub known_in_both: u64,
-    /// Those of them with the same state in both.
+    /// The cells known in both with the same state.
     pub agreeing: u64,
     /// `agreeing` as a fraction of `known_in_both`.
     pub agreement: Option<f64>,
-    /// Cells of the overlap that are occupied in A and not in B: obstacles that B does not show.
+    /// Cells of the overlap that are occupied in A and not in B: missed obstacles.
     pub missed: u64,
     /// `missed` as a fraction of the overlap's cells that are occupied in A.
     pub missed_fraction: Option<f64>,
-    /// Cells of the overlap that are free in A and occupied in B: obstacles that are none.
+    /// Cells of the overlap that are free in A and occupied in B: ghost obstacles.
     pub ghost: u64,
     /// `ghost` as a fraction of the overlap's cells that are free in A.
     pub ghost_fraction: Option<f64>,
@@ -28,8 +29,8 @@ pub struct Comparison {
     pub only_a: u64,
     /// Cells that are known in B and unknown in A or beyond it.
     pub only_b: u64,
-    /// Whether the maps' cells lie more than a hundredth of a cell apart; then the nearest cell
-    /// was taken, which blurs every border.
+    /// Whether the maps' cells lie more than a hundredth of a cell apart; then the nearest cell is
+    /// taken, which blurs every border.
     pub misaligned: bool,
 }
 
@@ -51,7 +52,7 @@ pub enum CompareError {
     Apart,
 }
 
-/// The largest relative difference between two resolutions that are written differently.
+/// The largest relative difference between two equal resolutions, from their decimal digits.
 const SAME_RESOLUTION: f64 = 1e-6;
 
 /// Compares map `b` with the reference `a`, cell by cell where both are.
@@ -65,7 +66,7 @@ pub fn compare(a: &RosMap, b: &RosMap) -> Result<Comparison, CompareError> {
     }
     // Where B's first cell lies, in cells of A.
     let offset = [0, 1].map(|axis| (b.origin_m()[axis] - a.origin_m()[axis]) / a_m);
-    // An offset that is not even a number is one beyond all cells.
+    // An offset that is not a number is treated as beyond all cells.
     if offset
         .iter()
         .any(|cells| cells.is_nan() || cells.abs() > f64::from(u32::MAX))
@@ -139,7 +140,7 @@ fn known(map: &RosMap) -> u64 {
     map.states().iter().filter(|state| state.is_known()).count() as u64
 }
 
-/// `part` of `whole`; `None` of nothing.
+/// `part` of `whole`; `None` if `whole` is 0.
 fn fraction(part: u64, whole: u64) -> Option<f64> {
     (whole > 0).then(|| part as f64 / whole as f64)
 }
@@ -147,7 +148,7 @@ fn fraction(part: u64, whole: u64) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::export::MapImage;
+    use crate::export::map_image::MapImage;
     use certainty_core::certainty::Certainty;
     use certainty_core::units::Point;
 
@@ -157,7 +158,7 @@ mod tests {
             b'#' => Certainty::OCCUPIED,
             b'.' => Certainty::FREE,
             b'?' => Certainty::UNCERTAIN,
-            _ => panic!("{byte} is no cell"),
+            _ => panic!("{byte} is not a cell"),
         };
         let cells: Vec<Certainty> = rows
             .iter()
@@ -170,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn a_map_agrees_with_itself() {
+    fn map_agrees_with_itself() {
         let map = drawn(["##?", "#..", "?.#"], 100, -300, 700);
         let expected = Comparison {
             overlap: 9,
@@ -189,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn missed_obstacles_and_ghosts_are_told_apart() {
+    fn missed_and_ghost_cells_are_counted_apart() {
         let a = drawn(["####", "....", "????"], 100, 0, 0);
         let b = drawn(["##.?", "..#?", ".#??"], 100, 0, 0);
         let comparison = compare(&a, &b).unwrap();
@@ -206,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn maps_are_laid_over_each_other_by_their_origins() {
+    fn maps_are_aligned_by_their_origins() {
         let a = drawn(["....", ".##.", "...."], 100, -1000, -1000);
         // One cell right of and above A's origin; it reaches two cells beyond A.
         let b = drawn(["...?", "##.#"], 100, -900, -900);
@@ -221,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn cells_that_lie_askew_are_matched_with_the_nearest_and_it_is_said() {
+    fn misaligned_cells_use_the_nearest() {
         let a = drawn(["#.."], 100, 0, 0);
         for (x_mm, misaligned) in [(101, false), (104, true), (99, false), (96, true)] {
             let comparison = compare(&drawn(["#.."], 100, x_mm - 100, 0), &a).unwrap();
@@ -234,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn maps_that_cannot_be_laid_over_each_other_are_refused() {
+    fn maps_that_cannot_be_aligned_are_refused() {
         let a = drawn(["#."], 100, 0, 0);
         let finer = drawn(["#."], 50, 0, 0);
         assert_eq!(
@@ -250,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fraction_of_nothing_is_none_and_null() {
+    fn fraction_of_nothing_is_none() {
         let a = drawn(["??"], 100, 0, 0);
         let comparison = compare(&a, &drawn(["#."], 100, 0, 0)).unwrap();
         assert_eq!(comparison.agreement, None);

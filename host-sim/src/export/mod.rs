@@ -1,22 +1,17 @@
-//! Pictures and maps out, and maps of others in.
+//! Output files: pictures of maps, ROS maps, and their comparison.
 //!
-//! [`MapImage`] is what everything exports from. [`OutDir`] puts files in place whole or not at
-//! all; [`write_grey_png`] and [`write_colour_png`] draw, [`write_ros_map`] writes what robots'
-//! navigation reads, [`RosMap`] reads such maps back and [`compare`] holds two against each other.
+//! [`MapImage`] is the input of everything here. [`OutDir`] puts files in place whole or not at all.
+//! [`write_grey_png`] and [`write_colour_png`] draw a map, [`write_ros_map`] writes one for ROS
+//! navigation, [`RosMap`] reads such maps, and [`compare`] compares two of them.
 
 mod compare;
-mod image;
-mod outdir;
+mod files;
+mod map_image;
 mod picture;
 mod ros_map;
-mod shown;
-mod state;
 
 pub use compare::{CompareError, Comparison, compare};
-pub use image::{ImageError, MapImage};
-pub use outdir::{ExportError, OutDir};
+pub use files::{ExportError, OutDir, display_path};
+pub use map_image::{CellState, ImageError, MapImage};
 pub use picture::{write_colour_png, write_grey_png};
 pub use ros_map::{MapError, RosMap, RosMapFiles, write_ros_map};
-pub use state::CellState;
-
-pub use shown::shown;

@@ -3,13 +3,13 @@
 //! The top row of the picture is the highest y. The same map gives the same bytes. Memory: one row
 //! of the picture, whatever the scale.
 
-use super::MapImage;
+use super::map_image::MapImage;
 use certainty_core::certainty::Certainty;
 use core::num::NonZeroU32;
 use png::{BitDepth, ColorType, Compression, Encoder, Filter};
 use std::io::{self, Write};
 
-/// The longest side that is drawn, in pixels: what common viewers open, and rows that fit memory.
+/// The longest side that is drawn, in pixels: common viewers open it, and a row fits memory.
 const LONGEST_SIDE: u32 = u16::MAX as u32;
 
 /// Draws `map` in greys: free white, occupied black, uncertain between; a cell is `scale` pixels
@@ -18,7 +18,7 @@ const LONGEST_SIDE: u32 = u16::MAX as u32;
 /// Formula: a pixel is 255 less the certainty's byte.
 ///
 /// # Errors
-/// What `out` fails with, or if a side of the picture is longer than 65,535 pixels.
+/// If `out` fails or a side of the picture is longer than 65,535 pixels.
 pub fn write_grey_png(map: &MapImage<'_>, scale: NonZeroU32, out: impl Write) -> io::Result<()> {
     write_png(map, scale, ColorType::Grayscale, out, |_, _, certainty| {
         [grey(certainty)]
@@ -28,7 +28,7 @@ pub fn write_grey_png(map: &MapImage<'_>, scale: NonZeroU32, out: impl Write) ->
 /// Draws `map` in the colours (red, green, blue) that `colour` gives for a cell's x, its y, counted
 /// from the lowest, and its certainty; a cell is `scale` pixels wide.
 ///
-/// For what greys cannot show, such as whose a cell is.
+/// It shows properties that greys cannot, such as the owner of a cell.
 ///
 /// # Errors
 /// As [`write_grey_png`].
@@ -67,7 +67,7 @@ fn write_png<const CHANNELS: usize>(
     encoder.set_color(colours);
     encoder.set_depth(BitDepth::Eight);
     encoder.set_compression(Compression::Balanced);
-    // Maps are flat: equal rows pack better as they are than as differences.
+    // Maps have large equal areas, which pack better without a filter.
     encoder.set_filter(Filter::NoFilter);
     let mut writer = encoder.write_header()?;
     let mut stream = writer.stream_writer()?;
@@ -106,7 +106,7 @@ mod tests {
     const SCALE: fn(u32) -> NonZeroU32 = |scale| NonZeroU32::new(scale).unwrap();
 
     #[test]
-    fn the_highest_row_is_drawn_on_top_and_certainty_is_blackness() {
+    fn highest_row_is_on_top_and_occupied_is_black() {
         let cells = [0, 128, 255, 50, 60, 70].map(Certainty::from_bits);
         let map = MapImage::try_new(3, 2, &cells, 100, Point::ORIGIN).unwrap();
         let mut file = Vec::new();
@@ -115,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn a_scaled_cell_is_a_square_of_pixels() {
+    fn scaled_cell_is_a_square_of_pixels() {
         let cells = [255, 0].map(Certainty::from_bits);
         let map = MapImage::try_new(2, 1, &cells, 100, Point::ORIGIN).unwrap();
         let mut file = Vec::new();
@@ -127,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn colours_are_asked_for_by_cell() {
+    fn colours_are_by_cell() {
         let cells = [Certainty::FREE; 4];
         let map = MapImage::try_new(2, 2, &cells, 100, Point::ORIGIN).unwrap();
         let mut file = Vec::new();
@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn a_picture_that_no_viewer_opens_is_refused() {
+    fn too_large_a_picture_is_refused() {
         let cells = [Certainty::FREE; 4];
         let map = MapImage::try_new(4, 1, &cells, 100, Point::ORIGIN).unwrap();
         for scale in [u32::MAX, 16_384] {

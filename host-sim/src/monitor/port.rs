@@ -1,6 +1,6 @@
 //! The sources of telemetry.
 
-use crate::export::shown;
+use crate::export::display_path;
 use core::fmt;
 use core::time::Duration;
 use std::ffi::{OsStr, OsString};
@@ -32,7 +32,7 @@ pub enum Port {
 #[derive(Debug, thiserror::Error)]
 pub enum PortError {
     /// It cannot be opened.
-    #[error("{}: cannot be opened ({source}); check its name and permissions", shown(.path))]
+    #[error("{}: cannot be opened ({source}); check its name and permissions", display_path(.path))]
     Open {
         /// The file.
         path: PathBuf,
@@ -40,13 +40,13 @@ pub enum PortError {
         source: io::Error,
     },
     /// It is a directory.
-    #[error("{}: is a directory; name a serial port, a file or a pipe", shown(.path))]
+    #[error("{}: is a directory; name a serial port, a file or a pipe", display_path(.path))]
     Directory {
         /// The directory.
         path: PathBuf,
     },
     /// It is a serial port that cannot be set up.
-    #[error("{}: is no usable serial port ({source}); check that nothing else has it open, and --baud", shown(.path))]
+    #[error("{}: is no usable serial port ({source}); check that nothing else has it open, and --baud", display_path(.path))]
     Serial {
         /// The device.
         path: PathBuf,
@@ -97,7 +97,7 @@ impl fmt::Display for Port {
         match self {
             Self::Stdin => f.write_str("stdin"),
             Self::Tcp(address) => write!(f, "tcp:{}", address.escape_debug()),
-            Self::Path(path) => f.write_str(&shown(path)),
+            Self::Path(path) => f.write_str(&display_path(path)),
         }
     }
 }

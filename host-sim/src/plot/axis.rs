@@ -1,12 +1,15 @@
-//! Axes: what they are called, how far they reach, and where their ticks are.
+//! Axes: their titles, their ranges, and their ticks.
 
-/// What an axis shows, and in what unit.
+use core::ops::Range;
+use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged};
+
+/// What an axis shows, its unit, and how far it reaches.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
     title: String,
     from: Option<f64>,
     to: Option<f64>,
-    /// Shown even where no value is.
+    /// A value that the axis reaches in any case.
     including: Option<f64>,
 }
 
@@ -24,9 +27,9 @@ impl Axis {
         Self::titled(format!("{quantity} ({unit})"))
     }
 
-    /// Creates an axis that counts `things`, or shows a number of no unit.
+    /// Creates an axis of counts of `things`, or of numbers without unit.
     ///
-    /// It need not begin at 0; see [`Self::including`].
+    /// It does not always begin at 0; see [`Self::including`].
     #[must_use]
     pub fn counting(things: &str) -> Self {
         Self::titled(things.to_owned())
@@ -41,7 +44,7 @@ impl Axis {
         }
     }
 
-    /// Begins the axis at `value`, whatever the data; what lies below is drawn at its beginning.
+    /// Begins the axis at `value` whatever the data; smaller values are drawn at its beginning.
     #[must_use]
     pub fn from(self, value: f64) -> Self {
         Self {
@@ -50,7 +53,7 @@ impl Axis {
         }
     }
 
-    /// Ends the axis at `value`, whatever the data; what lies above is drawn at its end.
+    /// Ends the axis at `value` whatever the data; larger values are drawn at its end.
     #[must_use]
     pub fn to(self, value: f64) -> Self {
         Self {
@@ -59,7 +62,7 @@ impl Axis {
         }
     }
 
-    /// Lets the axis reach to `value`, such as 0, where the data do not.
+    /// Extends the axis to `value`, such as 0, if the data do not reach it.
     #[must_use]
     pub fn including(self, value: f64) -> Self {
         Self {
@@ -68,7 +71,7 @@ impl Axis {
         }
     }
 
-    /// Returns what is written at the axis.
+    /// Returns the text at the axis.
     #[must_use]
     pub fn title(&self) -> &str {
         &self.title
@@ -82,22 +85,23 @@ pub(super) struct Tick {
     pub text: String,
 }
 
-/// The numbers along an axis.
+/// The numbers along an axis, or the names of its equal parts.
 ///
-/// Possession proves that its ends are finite, their difference too, and that the first is less.
+/// Possession proves that its ends and their difference are finite, and that the first is less.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Scale {
     low: f64,
     high: f64,
     pub ticks: Vec<Tick>,
+    of_names: bool,
 }
 
-/// So large a value that differences still are finite.
+/// The largest value of which differences are finite.
 const LARGEST: f64 = 1e300;
 
 impl Scale {
     /// The scale that shows `values`, with about `aim` ticks at round numbers; it ends at ticks
-    /// unless the axis says where.
+    /// unless the axis sets its ends.
     pub(super) fn covering(axis: &Axis, values: impl Iterator<Item = f64>, aim: u32) -> Self {
         let values = values.chain(axis.including).filter(|v| v.is_finite());
         let span = values.fold(None, |span: Option<(f64, f64)>, value| {
@@ -116,40 +120,58 @@ impl Scale {
         let (low, high) = widened(low, high);
         let step = round_step((high - low) / f64::from(aim));
         // Ends within a thousandth of a step of a tick are at the tick.
-        let (first, last) = ((low / step - 1e-3).ceil(), (high / step + 1e-3).floor());
-        let first = if axis.from.is_some() || on(first, low / step) {
-            first
-        } else {
-            (low / step).floor()
+        let first = match axis.from {
+            Some(_) => (low / step - 1e-3).ceil(),
+            None => (low / step + 1e-3).floor(),
         };
-        let last = if axis.to.is_some() || on(last, high / step) {
-            last
-        } else {
-            (high / step).ceil()
+        let last = match axis.to {
+            Some(_) => (high / step + 1e-3).floor(),
+            None => (high / step - 1e-3).ceil(),
         };
-        let low = if axis.from.is_some() {
-            low
-        } else {
-            first * step
-        };
-        let high = if axis.to.is_some() { high } else { last * step };
+        let low = axis.from.map_or(first * step, |_| low);
+        let high = axis.to.map_or(last * step, |_| high);
         let count = (last - first).clamp(0.0, 100.0) as u32;
         let ticks = (0..=count).map(|number| {
             // Adding zero turns −0 into 0.
             let value = (first + f64::from(number)) * step + 0.0;
             Tick {
                 value,
-                text: written(value, step, low.abs().max(high.abs())),
+                text: tick_text(value, step, low.abs().max(high.abs())),
             }
         });
         let ticks = ticks.collect();
         let (low, high) = widened(low, high);
-        Self { low, high, ticks }
+        Self {
+            low,
+            high,
+            ticks,
+            of_names: false,
+        }
     }
 
-    /// How far along the axis `value` is, from 0 to 1; what is beyond is at the end.
+    /// A scale from 0 to the number of `names`, each in the middle of its part.
+    pub(super) fn of_names(names: &[String]) -> Self {
+        let ticks = names.iter().enumerate().map(|(number, name)| Tick {
+            value: number as f64 + 0.5,
+            text: name.clone(),
+        });
+        Self {
+            low: 0.0,
+            high: names.len().max(1) as f64,
+            ticks: ticks.collect(),
+            of_names: true,
+        }
+    }
+
+    /// Whether the ticks are names.
+    pub(super) const fn is_of_names(&self) -> bool {
+        self.of_names
+    }
+
+    /// How far along the axis `value` is, from 0 to 1; values beyond are at the end.
     pub(super) fn part(&self, value: f64) -> f64 {
-        ((value.clamp(-LARGEST, LARGEST) - self.low) / (self.high - self.low)).clamp(0.0, 1.0)
+        ((value.clamp(-2.0 * LARGEST, 2.0 * LARGEST) - self.low) / (self.high - self.low))
+            .clamp(0.0, 1.0)
     }
 
     /// The first value of the axis.
@@ -158,12 +180,24 @@ impl Scale {
     }
 }
 
-/// Whether a tick is where the axis ends.
-fn on(tick: f64, end: f64) -> bool {
-    (tick - end).abs() < 1e-3
+impl Ranged for Scale {
+    type FormatOption = NoDefaultFormatting;
+    type ValueType = f64;
+
+    fn map(&self, value: &f64, (from, to): (i32, i32)) -> i32 {
+        from + (self.part(*value) * f64::from(to - from)).round() as i32
+    }
+
+    fn key_points<Hint: KeyPointHint>(&self, _hint: Hint) -> Vec<f64> {
+        self.ticks.iter().map(|tick| tick.value).collect()
+    }
+
+    fn range(&self) -> Range<f64> {
+        self.low..self.high
+    }
 }
 
-/// Ends that lie apart, by a billionth of their size at least.
+/// The ends, moved apart if they are closer than a billionth of their size.
 fn widened(low: f64, high: f64) -> (f64, f64) {
     let (low, high) = (low.min(high), low.max(high));
     let size = low.abs().max(high.abs());
@@ -183,8 +217,8 @@ fn round_step(at_least: f64) -> f64 {
         .unwrap_or(f64::MIN_POSITIVE.max(at_least))
 }
 
-/// A tick's number, with as many digits as tell it from its neighbours.
-fn written(value: f64, step: f64, largest: f64) -> String {
+/// A tick's number, with enough digits to distinguish it from its neighbours.
+fn tick_text(value: f64, step: f64, largest: f64) -> String {
     let digits = |of: f64| of.log10().floor() as i32;
     let text = if value == 0.0 {
         "0".to_owned()
@@ -209,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn ticks_are_round_and_enclose_the_values() {
+    fn ticks_are_round_and_enclose_values() {
         let axis = Axis::new("distance", "mm");
         for (values, expected) in [
             (&[0.0, 1.0][..], "0.0 0.2 0.4 0.6 0.8 1.0"),
@@ -240,7 +274,7 @@ mod tests {
     }
 
     #[test]
-    fn an_axis_that_says_where_it_ends_ends_there() {
+    fn an_axis_with_set_ends_ends_there() {
         let axis = Axis::new("share", "%").from(0.0).to(90.0);
         let scale = Scale::covering(&axis, [40.0, 400.0].into_iter(), 5);
         assert_eq!(scale.part(0.0), 0.0);

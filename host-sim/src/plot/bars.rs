@@ -1,13 +1,13 @@
-//! Groups compared: bars side by side, with their uncertainty.
+//! Bar charts: values of groups side by side, with their uncertainty.
 
 use super::axis::{Axis, Scale};
-use super::frame::{Bottom, Frame, Sign, Words, Y_TICKS, thin};
-use super::palette::{INK, series};
-use super::picture::Picture;
+use super::canvas::{Area, Draw, Drawn, write};
+use super::frame::{Frame, INK, Sign, Stroke, Texts, Y_TICKS, series};
 use crate::export::{ExportError, OutDir};
+use plotters::prelude::DrawingBackend;
 use std::path::PathBuf;
 
-/// Bars in groups, one bar a series in each; they stand on 0, which the axis always shows.
+/// Bars in groups, one bar a series in each. They begin at 0, which the axis always shows.
 ///
 /// # Examples
 /// ```
@@ -34,7 +34,7 @@ pub struct BarChart {
     pub title: String,
     /// The axis upwards.
     pub y: Axis,
-    /// What is written below the groups.
+    /// The names below the groups.
     pub groups: Vec<String>,
     /// One bar in each group, from left to right.
     pub bars: Vec<BarSeries>,
@@ -43,7 +43,7 @@ pub struct BarChart {
 /// The bars of one colour.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BarSeries {
-    /// What the legend calls it.
+    /// Its name in the legend.
     pub name: String,
     /// The value in each group; `None` leaves the place empty.
     pub values: Vec<Option<f64>>,
@@ -52,7 +52,7 @@ pub struct BarSeries {
 }
 
 impl BarSeries {
-    /// Value and whisker in `group`, as far as they are numbers.
+    /// Value and whisker in `group`, if they are numbers.
     fn in_group(&self, group: usize) -> Option<(f64, Option<f64>)> {
         let value = self.values.get(group).copied().flatten();
         let error = self.errors.as_ref().and_then(|errors| errors.get(group));
@@ -67,12 +67,14 @@ impl BarChart {
     /// Writes the chart as `STEM.png` and `STEM.svg`.
     ///
     /// # Errors
-    /// If `stem` is no plain file name or a file cannot be put in place.
+    /// If `stem` is not a plain file name or a file cannot be put in place.
     pub fn write(&self, out: &OutDir, stem: &str) -> Result<[PathBuf; 2], ExportError> {
-        self.picture().write(out, stem)
+        write(self, out, stem)
     }
+}
 
-    pub(super) fn picture(&self) -> Picture {
+impl Draw for BarChart {
+    fn draw<D: DrawingBackend>(&self, area: &Area<D>) -> Drawn<D> {
         let groups = 0..self.groups.len();
         let shown = groups.flat_map(|group| self.bars.iter().map(move |bars| bars.in_group(group)));
         let ends: Vec<f64> = shown
@@ -82,60 +84,53 @@ impl BarChart {
                 [value - error, value + error]
             })
             .collect();
-        let axis = self.y.clone().including(0.0);
-        // Nothing to show has an axis from 0 upwards.
+        // Without any value the axis goes from 0 to 1.
         let ends_or_one = ends.iter().copied().chain(ends.is_empty().then_some(1.0));
-        let y = Scale::covering(&axis, ends_or_one, Y_TICKS);
+        let y = Scale::covering(&self.y.clone().including(0.0), ends_or_one, Y_TICKS);
+        let x = Scale::of_names(&self.groups);
         let signs = self.bars.iter().enumerate();
-        let signs = signs.map(|(index, bars)| (bars.name.clone(), Sign::Area(series(index), 1.0)));
-        let legend: Vec<_> = if self.bars.len() > 1 {
-            signs.collect()
-        } else {
-            Vec::new()
-        };
-        let words = Words {
+        let signs = signs.map(|(index, bars)| (bars.name.clone(), Sign::Area(series(index))));
+        let legend: Vec<_> = signs.filter(|_| self.bars.len() > 1).collect();
+        let texts = Texts {
             title: &self.title,
             x: "",
             y: self.y.title(),
             legend: &legend,
             above: 0.0,
         };
-        let mut frame = Frame::new(words, Bottom::Names(&self.groups), &y);
-        // A group's bars fill three quarters of its place.
-        let (count, bars) = (self.groups.len() as f64, self.bars.len() as f64);
+        let mut frame = Frame::new(area, texts, &x, &y)?;
+        let bars = self.bars.len() as f64;
         for group in 0..self.groups.len() {
             for (index, series_of) in self.bars.iter().enumerate() {
                 let Some((value, error)) = series_of.in_group(group) else {
                     continue;
                 };
-                let from = (group as f64 + 0.125 + 0.75 * index as f64 / bars) / count;
-                let to = from + 0.75 / bars / count;
-                // A hair of paper between neighbours.
+                // A group's bars fill three quarters of its part of the axis.
+                let from = group as f64 + 0.125 + 0.75 * index as f64 / bars;
+                let to = from + 0.75 / bars;
+                // A narrow gap between neighbours.
                 let gap = (to - from) * 0.04;
-                let (foot, head) = (y.part(0.0), y.part(value));
-                let (a, b) = (frame.at(from + gap, foot), frame.at(to - gap, head));
-                frame.picture.rectangle(a, b, series(index), 1.0);
+                let corners = [(from + gap, 0.0), (to - gap, value)];
+                frame.rectangle(corners, series(index), 1.0)?;
                 if let Some(error) = error {
-                    let middle = f64::midpoint(from, to);
-                    let ends = [value - error, value + error].map(|end| y.part(end));
-                    let cap = (to - from) * 0.2;
-                    let stroke = thin(INK, 2.5);
-                    let whisker = ends.map(|end| frame.at(middle, end)).to_vec();
-                    frame.picture.line(whisker, stroke);
+                    let (middle, half) = (f64::midpoint(from, to), (to - from) * 0.2);
+                    let stroke = Stroke::solid(INK, 2.5);
+                    let ends = [value - error, value + error];
+                    frame.line(ends.map(|end| (middle, end)).to_vec(), stroke)?;
                     for end in ends {
-                        let cap = [middle - cap, middle + cap].map(|x| frame.at(x, end));
-                        frame.picture.line(cap.to_vec(), stroke);
+                        let cap = [middle - half, middle + half].map(|x| (x, end));
+                        frame.line(cap.to_vec(), stroke)?;
                     }
                 }
             }
         }
         if y.low() < 0.0 {
-            let zero = [0.0, 1.0].map(|x| frame.at(x, y.part(0.0))).to_vec();
-            frame.picture.line(zero, thin(INK, 2.0));
+            let zero = vec![(0.0, 0.0), (self.groups.len() as f64, 0.0)];
+            frame.line(zero, Stroke::solid(INK, 2.0))?;
         }
         if ends.is_empty() {
-            frame.say_no_data();
+            frame.no_data()?;
         }
-        frame.finished()
+        frame.finish()
     }
 }

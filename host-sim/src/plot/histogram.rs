@@ -1,17 +1,17 @@
-//! How values are spread: how many fall into each interval.
+//! Histograms: how many values fall into each bin.
 
 use super::axis::{Axis, Scale};
-use super::frame::{Bottom, Frame, Sign, Words, X_TICKS, Y_TICKS, thin};
-use super::palette::series;
-use super::picture::Picture;
+use super::canvas::{Area, Draw, Drawn, write};
+use super::frame::{Frame, Place, Sign, Stroke, Texts, X_TICKS, Y_TICKS, series};
 use crate::export::{ExportError, OutDir};
+use plotters::prelude::DrawingBackend;
 use std::path::PathBuf;
 
 /// How many values of each sample fall into each bin, as \[001\] Fig. 6 shows sensors' errors.
 ///
-/// Bins are as wide as asked, and one has its middle at 0: an error of nothing is not torn apart.
-/// Where that were more than [`Self::MOST_BINS`], bins are as many times wider. The samples' bars
-/// stand side by side within a bin; where it is too narrow, they lie over each other, translucent.
+/// One bin has its middle at 0, so that small errors of either sign share a bin. If there were more
+/// than [`Self::MOST_BINS`] of the given width, bins are wider by a whole factor. The samples' bars
+/// stand side by side within a bin; if it is too narrow, they lie over each other, translucent.
 ///
 /// # Examples
 /// ```
@@ -38,25 +38,25 @@ pub struct Histogram {
     pub x: Axis,
     /// The axis of the counts; it begins at 0.
     pub y: Axis,
-    /// How wide a bin is, in the unit of x; 1 where it is not above 0.
+    /// Width of a bin, in the unit of x; 1 if it is not above 0.
     pub bin_width: f64,
-    /// What is counted.
+    /// The samples that are counted.
     pub samples: Vec<Sample>,
 }
 
-/// The narrowest bar that still is told from its neighbours, in pixels.
+/// The narrowest bar that can be distinguished from its neighbours, in pixels.
 const NARROWEST_BAR: f64 = 5.0;
 
 /// Values that are counted together.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sample {
-    /// What the legend calls it.
+    /// Its name in the legend.
     pub name: String,
-    /// The values, in the unit of x; what is no number is not counted.
+    /// The values, in the unit of x; values that are not finite are not counted.
     pub values: Vec<f64>,
 }
 
-/// Bins of one width, from the first that has a value to the last.
+/// Bins of one width, from the first with a value to the last.
 #[derive(Debug, Clone, Copy)]
 struct Bins {
     width: f64,
@@ -82,19 +82,20 @@ impl Bins {
 }
 
 impl Histogram {
-    /// The largest number of bins that are told apart.
+    /// The largest number of bins.
     pub const MOST_BINS: usize = 400;
 
     /// Writes the chart as `STEM.png` and `STEM.svg`.
     ///
     /// # Errors
-    /// If `stem` is no plain file name or a file cannot be put in place.
+    /// If `stem` is not a plain file name or a file cannot be put in place.
     pub fn write(&self, out: &OutDir, stem: &str) -> Result<[PathBuf; 2], ExportError> {
-        self.picture().write(out, stem)
+        write(self, out, stem)
     }
 
-    /// Returns, for each sample, the middle of each bin in the unit of x and how many values are in
-    /// it; the same bins for all samples, none where there is no value.
+    /// Returns, for each sample, the middle of each bin in the unit of x and its number of values.
+    ///
+    /// All samples have the same bins; none if there is no value.
     #[must_use]
     pub fn counts(&self) -> Vec<Vec<(f64, u64)>> {
         let Some(bins) = self.bins() else {
@@ -103,7 +104,7 @@ impl Histogram {
         let count = |sample: &Sample| {
             let mut counts = vec![0_u64; bins.count];
             for value in numbers(sample) {
-                // Within the bins by their making; the cast saturates.
+                // `bins` covers all values; the cast saturates.
                 let number = (Bins::of(bins.width, value) - bins.first) as usize;
                 counts[number.min(bins.count - 1)] += 1;
             }
@@ -119,13 +120,13 @@ impl Histogram {
         let values = || self.samples.iter().flat_map(numbers);
         let low = values().reduce(f64::min)?;
         let high = values().reduce(f64::max)?;
-        let asked = if self.bin_width > 0.0 && self.bin_width.is_finite() {
+        let width = if self.bin_width > 0.0 && self.bin_width.is_finite() {
             self.bin_width
         } else {
             1.0
         };
-        // Narrower bins than this could not be counted off from 0 exactly.
-        let width = asked.max(low.abs().max(high.abs()) * 1e-12);
+        // The multiples of a narrower width would not be exact.
+        let width = width.max(low.abs().max(high.abs()) * 1e-12);
         let times = ((high - low) / width / (Self::MOST_BINS - 1) as f64).ceil();
         let width = width * times.max(1.0);
         let first = Bins::of(width, low);
@@ -137,89 +138,80 @@ impl Histogram {
             count: count.min(Self::MOST_BINS),
         })
     }
+}
 
-    pub(super) fn picture(&self) -> Picture {
+impl Draw for Histogram {
+    fn draw<D: DrawingBackend>(&self, area: &Area<D>) -> Drawn<D> {
         let counts = self.counts();
         let bins = self.bins();
         let edges = bins.map_or_else(Vec::new, |bins| vec![bins.edge(0), bins.edge(bins.count)]);
         let x = Scale::covering(&self.x, edges.into_iter(), X_TICKS);
         let heights = counts.iter().flatten().map(|&(_, count)| count as f64);
-        let axis = self.y.clone().from(0.0).including(0.0);
-        // Ticks of less than one would count parts of values.
+        let y_axis = self.y.clone().from(0.0).including(0.0);
+        // Ticks less than 1 apart would not be counts.
         let highest = heights.clone().fold(1.0, f64::max);
-        let ticks = f64::from(Y_TICKS).min(highest) as u32;
-        let y = Scale::covering(&axis, heights, ticks);
+        let y = Scale::covering(&y_axis, heights, f64::from(Y_TICKS).min(highest) as u32);
         let signs = self.samples.iter().enumerate();
-        let signs =
-            signs.map(|(index, sample)| (sample.name.clone(), Sign::Area(series(index), 1.0)));
-        let legend: Vec<_> = if self.samples.len() > 1 {
-            signs.collect()
-        } else {
-            Vec::new()
-        };
-        let words = Words {
+        let signs = signs.map(|(index, sample)| (sample.name.clone(), Sign::Area(series(index))));
+        let legend: Vec<_> = signs.filter(|_| self.samples.len() > 1).collect();
+        let texts = Texts {
             title: &self.title,
             x: self.x.title(),
             y: self.y.title(),
             legend: &legend,
             above: 0.0,
         };
-        let mut frame = Frame::new(words, Bottom::Numbers(&x), &y);
+        let mut frame = Frame::new(area, texts, &x, &y)?;
         let Some(bins) = bins else {
-            frame.say_no_data();
-            return frame.finished();
+            frame.no_data()?;
+            return frame.finish();
         };
-        let (left, _) = frame.at(x.part(bins.edge(0)), 0.0);
-        let (right, _) = frame.at(x.part(bins.edge(1)), 0.0);
+        let pixels = |edge: usize| frame.pixel((bins.edge(edge), 0.0)).0;
         let samples = counts.len() as f64;
-        if counts.len() > 1 && (right - left) / samples >= NARROWEST_BAR {
+        if counts.len() > 1 && (pixels(1) - pixels(0)) / samples >= NARROWEST_BAR {
             for (index, counts) in counts.iter().enumerate() {
                 // A sixth of the bin stays free between it and the next.
                 let part = |of: f64| 1.0 / 12.0 + 5.0 / 6.0 * of / samples;
                 let (from, to) = (part(index as f64), part(index as f64 + 1.0));
                 for (number, &(_, count)) in counts.iter().enumerate() {
                     let (low, high) = (bins.edge(number), bins.edge(number + 1));
-                    let end = |part: f64| x.part(low + (high - low) * part);
-                    let foot = frame.at(end(from), 0.0);
-                    let head = frame.at(end(to), y.part(count as f64));
+                    let end = |part: f64| low + (high - low) * part;
+                    let corners = [(end(from), 0.0), (end(to), count as f64)];
                     if count > 0 {
-                        frame.picture.rectangle(foot, head, series(index), 1.0);
+                        frame.rectangle(corners, series(index), 1.0)?;
                     }
                 }
             }
         } else {
-            overlay(&mut frame, bins, &counts, &x, &y);
+            let outlines = counts.iter().map(|counts| outline(bins, counts));
+            let outlines: Vec<_> = outlines.collect();
+            for (index, outline) in outlines.iter().enumerate() {
+                frame.area(outline.clone(), series(index), 0.3)?;
+            }
+            for (index, outline) in outlines.into_iter().enumerate() {
+                frame.line(outline, Stroke::solid(series(index), 4.0))?;
+            }
         }
-        frame.finished()
+        frame.finish()
     }
 }
 
-/// Draws the samples over each other, translucent, with their outline on top.
-fn overlay(frame: &mut Frame, bins: Bins, counts: &[Vec<(f64, u64)>], x: &Scale, y: &Scale) {
-    let outline = |counts: &Vec<(f64, u64)>| {
-        // From its own first value to its last: nothing is drawn along the axis.
-        let some = |bin: &(f64, u64)| bin.1 > 0;
-        let from = counts.iter().position(some).unwrap_or(0);
-        let to = counts.iter().rposition(some).map_or(0, |last| last + 1);
-        let mut outline = vec![frame.at(x.part(bins.edge(from)), 0.0)];
-        for (number, &(_, count)) in counts.iter().enumerate().take(to).skip(from) {
-            let ends = [bins.edge(number), bins.edge(number + 1)];
-            outline.extend(ends.map(|end| frame.at(x.part(end), y.part(count as f64))));
-        }
-        outline.push(frame.at(x.part(bins.edge(to)), 0.0));
-        outline
-    };
-    let outlines: Vec<_> = counts.iter().map(outline).collect();
-    for (index, outline) in outlines.iter().enumerate() {
-        frame.picture.area(outline.clone(), series(index), 0.3);
+/// The steps of a sample's counts, from its first value to its last.
+fn outline(bins: Bins, counts: &[(f64, u64)]) -> Vec<Place> {
+    let some = |bin: &(f64, u64)| bin.1 > 0;
+    let from = counts.iter().position(some).unwrap_or(0);
+    let to = counts.iter().rposition(some).map_or(0, |last| last + 1);
+    let mut outline = vec![(bins.edge(from), 0.0)];
+    for (number, &(_, count)) in counts.iter().enumerate().take(to).skip(from) {
+        let ends = [bins.edge(number), bins.edge(number + 1)];
+        outline.extend(ends.map(|end| (end, count as f64)));
     }
-    for (index, outline) in outlines.into_iter().enumerate() {
-        frame.picture.line(outline, thin(series(index), 4.0));
-    }
+    outline.push((bins.edge(to), 0.0));
+    outline
 }
 
 fn numbers(sample: &Sample) -> impl Iterator<Item = f64> + '_ {
-    // So that sums and differences of values and bins stay finite.
+    // Sums and differences of values and bins stay finite.
     let values = sample.values.iter().copied().filter(|v| v.is_finite());
     values.map(|value| value.clamp(-1e300, 1e300))
 }

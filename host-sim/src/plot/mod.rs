@@ -1,38 +1,36 @@
-//! Charts as PNG and SVG, for reports and for the eye.
+//! Charts as PNG and SVG.
 //!
-//! [`LineChart`] shows what changes over something, [`BarChart`] compares groups, [`Histogram`]
-//! shows how values are spread, [`Plan`] shows places to scale, [`TrackChart`] ways over a
-//! plane. An [`Axis`] is never without its unit. Each chart's `write` puts a
-//! PNG of 1600 × 1000 pixels and an SVG of the same picture in place, whole or not at all.
+//! | type | shows |
+//! |---|---|
+//! | [`LineChart`] | values over an axis of numbers, with intervals shaded |
+//! | [`BarChart`] | values of groups side by side |
+//! | [`Histogram`] | how many values fall into each bin |
+//! | [`TrackChart`] | paths over a plane with obstacles, to scale |
+//! | [`Plan`] | layers of lines and points on a plane, to scale |
 //!
-//! Any data give a picture: what is no number is left out, one value gets an axis around it, and no
-//! value at all says *no data*. The same data give the same bytes: the font is part of the program,
-//! and nothing is asked of the system. Colours are those of Okabe and Ito,
-//! which colour-blind people tell apart.
+//! Each chart's `write` puts a PNG of 1600 × 1000 pixels and an SVG of the same drawing in place,
+//! whole or not at all. One function draws both, by the crate `plotters`.
 //!
-//! Cost: below 60 ms a chart (x86-64, release). Memory: 12 MB for the pixels.
+//! Any data give a picture: values that are not finite are left out, a single value gets an axis
+//! around it, and no value at all gives the text *no data*. The same data give the same bytes: the
+//! font is part of the program. Colours are those of Okabe and Ito, which colour-blind people can
+//! distinguish.
+//!
+//! Memory: 24 MB for the pixels.
 
 mod axis;
 mod bars;
-mod font;
+mod canvas;
 mod frame;
 mod histogram;
 mod lines;
-mod palette;
-mod picture;
-mod plan;
-mod raster;
-mod shading;
-mod svg;
-mod to_scale;
-mod track;
+mod plane;
 
 pub use axis::Axis;
 pub use bars::{BarChart, BarSeries};
 pub use histogram::{Histogram, Sample};
 pub use lines::{Line, LineChart, Span};
-pub use plan::{Ink, Layer, Plan};
-pub use track::{Spot, TrackChart};
+pub use plane::{Ink, Layer, Plan, Spot, TrackChart};
 
 #[cfg(test)]
 mod tests;

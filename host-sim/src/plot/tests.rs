@@ -1,9 +1,12 @@
-//! What holds for every chart, whatever the data.
+//! Properties of every chart, for any data.
 
-use super::font;
-use super::picture::{Anchor, HEIGHT, Picture, Shape, WIDTH};
-use super::{Axis, BarChart, BarSeries, Histogram, Line, LineChart, Sample, Span, raster, svg};
+use super::canvas::{Area, Draw, Drawn, FINE, HEIGHT, WIDTH, pixels, svg, width};
+use super::{
+    Axis, BarChart, BarSeries, Histogram, Ink, Layer, Line, LineChart, Plan, Sample, Span, Spot,
+    TrackChart,
+};
 use crate::export::OutDir;
+use plotters::prelude::DrawingBackend;
 use proptest::prelude::*;
 use std::fs;
 
@@ -43,8 +46,169 @@ fn sample(name: &str, values: &[f64]) -> Sample {
     }
 }
 
-/// A chart of each kind as reports have them.
-fn usual() -> [(&'static str, Picture); 3] {
+fn track(points: Vec<(f64, f64)>) -> TrackChart {
+    TrackChart {
+        title: "track".into(),
+        unit: "m".into(),
+        obstacles: vec![vec![(1.0, -2.0), (2.0, -2.0), (2.0, -1.0), (1.0, -1.0)]],
+        cells: Vec::new(),
+        tracks: vec![Line::new("robot", points)],
+        spots: vec![Spot::new("start", (f64::NAN, 0.0))],
+    }
+}
+
+fn plan(ink: Ink, run: &[(f64, f64)]) -> Plan {
+    Plan {
+        title: "plan".into(),
+        layers: vec![Layer {
+            name: "layer".into(),
+            ink,
+            runs: vec![run.to_vec()],
+        }],
+    }
+}
+
+/// One element of an SVG document: its tag, its attributes, and its text.
+#[derive(Debug)]
+struct Element {
+    tag: String,
+    text: String,
+}
+
+impl Element {
+    /// The elements of a chart.
+    fn all(chart: &impl Draw) -> Vec<Self> {
+        let svg = svg(chart).unwrap();
+        let mut elements: Vec<Self> = Vec::new();
+        for line in svg.lines() {
+            match elements.last_mut() {
+                Some(last) if !line.starts_with('<') => last.text += line,
+                _ if line.starts_with("</") => {}
+                _ => elements.push(Self {
+                    tag: line.to_owned(),
+                    text: String::new(),
+                }),
+            }
+        }
+        elements
+    }
+
+    fn is(&self, name: &str) -> bool {
+        self.tag.starts_with(&format!("<{name} "))
+    }
+
+    fn get(&self, attribute: &str) -> &str {
+        let (_, rest) = self.tag.split_once(&format!(" {attribute}=\"")).unwrap();
+        rest.split_once('"').unwrap().0
+    }
+
+    fn number(&self, attribute: &str) -> f64 {
+        self.get(attribute).parse().unwrap()
+    }
+
+    /// The points of a line or an area, or the corners of a rectangle.
+    fn points(&self) -> Vec<(f64, f64)> {
+        if self.is("rect") {
+            let (x, y) = (self.number("x"), self.number("y"));
+            return vec![
+                (x, y),
+                (x + self.number("width"), y + self.number("height")),
+            ];
+        }
+        let points = self.get("points").split_ascii_whitespace();
+        let point = |text: &str| {
+            let (x, y) = text.split_once(',').unwrap();
+            (x.parse().unwrap(), y.parse().unwrap())
+        };
+        points.map(point).collect()
+    }
+
+    /// The box around a text: left, top, right, bottom.
+    fn extent(&self) -> [f64; 4] {
+        let (x, y, em) = (self.number("x"), self.number("y"), self.number("font-size"));
+        let escapes = [
+            ("&lt;", "<"),
+            ("&gt;", ">"),
+            ("&quot;", "\""),
+            ("&apos;", "'"),
+            ("&amp;", "&"),
+        ];
+        let shown = escapes.iter().fold(self.text.clone(), |text, (escape, c)| {
+            text.replace(escape, c)
+        });
+        let wide = width(&shown, em);
+        let before = match self.get("text-anchor") {
+            "start" => 0.0,
+            "middle" => wide / 2.0,
+            _ => wide,
+        };
+        // The anchor is at the top of the letters, or in their middle.
+        let above = if self.get("dy") == "0.76em" {
+            0.0
+        } else {
+            em / 2.0
+        };
+        if self.tag.contains("rotate") {
+            [x - above, y - wide + before, x - above + em, y + before]
+        } else {
+            [x - before, y - above, x - before + wide, y - above + em]
+        }
+    }
+}
+
+fn contains_text(chart: &impl Draw, text: &str) -> bool {
+    Element::all(chart)
+        .iter()
+        .any(|element| element.text == text)
+}
+
+/// No text is cut off by the picture's edge or lies on another, and every point is within it.
+fn assert_legible(name: &str, chart: &impl Draw) {
+    let elements = Element::all(chart);
+    let (wide, high) = (f64::from(WIDTH), f64::from(HEIGHT));
+    let texts = elements.iter().filter(|element| element.is("text"));
+    let texts: Vec<_> = texts.map(Element::extent).collect();
+    for (number, a) in texts.iter().enumerate() {
+        let inside = a[0] >= 0.0 && a[1] >= 0.0 && a[2] <= wide && a[3] <= high;
+        assert!(inside, "{name}: a text at {a:?} is cut off");
+        for b in &texts[..number] {
+            let apart = a[2] <= b[0] || b[2] <= a[0] || a[3] <= b[1] || b[3] <= a[1];
+            assert!(apart, "{name}: texts at {a:?} and {b:?} overlap");
+        }
+    }
+    let shapes = ["polyline", "polygon", "rect"];
+    let shapes = elements
+        .iter()
+        .filter(|element| shapes.iter().any(|tag| element.is(tag)));
+    for (x, y) in shapes.flat_map(Element::points) {
+        let within = (0.0..=wide).contains(&x) && (0.0..=high).contains(&y);
+        assert!(within, "{name}: ({x}, {y})");
+    }
+}
+
+/// A chart of any kind.
+enum Chart {
+    Lines(LineChart),
+    Bars(BarChart),
+    Histogram(Histogram),
+    Track(TrackChart),
+    Plan(Plan),
+}
+
+impl Draw for Chart {
+    fn draw<D: DrawingBackend>(&self, area: &Area<D>) -> Drawn<D> {
+        match self {
+            Self::Lines(chart) => chart.draw(area),
+            Self::Bars(chart) => chart.draw(area),
+            Self::Histogram(chart) => chart.draw(area),
+            Self::Track(chart) => chart.draw(area),
+            Self::Plan(chart) => chart.draw(area),
+        }
+    }
+}
+
+/// A chart of each kind, as reports have them.
+fn usual() -> Vec<(&'static str, Chart)> {
     let wave = |shift: f64| {
         let at = move |number: u32| {
             let x = f64::from(number) / 5.0;
@@ -74,60 +238,80 @@ fn usual() -> [(&'static str, Picture); 3] {
         values: values.map(Some).to_vec(),
         errors: Some(values.map(|value| value / 8.0).to_vec()),
     };
+    let bars = vec![
+        bars("no fault", [23.0, 43.0, 24.0, 24.0]),
+        bars("one stuck far", [75.0, 58.0, 38.0, 38.0]),
+    ];
     let spread = |scale: f64, shift: f64| -> Vec<f64> {
         let value = |n: u32| (f64::from(n) * 0.7).sin() + (f64::from(n) * 1.3).cos();
         (0..300).map(|n| shift + scale * value(n)).collect()
     };
-    [
-        ("lines", line_chart(lines.collect(), vec![fault]).picture()),
+    let samples = vec![
+        sample("A0_0", &spread(14.0, 0.0)),
+        sample("A1_1", &spread(8.0, 12.0)),
+        sample("A2_2", &spread(20.0, -9.0)),
+    ];
+    let methods = ["bayes", "robust", "trimmed", "median"];
+    let square = [(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0), (0.0, 0.0)];
+    let goal = Spot::new("goal", (4.0, 3.0)).within(0.5);
+    vec![
         (
-            "bars",
-            bar_chart(
-                &["bayes", "robust", "trimmed", "median"],
-                vec![
-                    bars("all sound", [23.0, 43.0, 24.0, 24.0]),
-                    bars("one stuck far", [75.0, 58.0, 38.0, 38.0]),
-                ],
-            )
-            .picture(),
+            "lines",
+            Chart::Lines(line_chart(lines.collect(), vec![fault])),
         ),
+        ("bars", Chart::Bars(bar_chart(&methods, bars))),
+        ("histogram", Chart::Histogram(histogram(5.0, samples))),
         (
-            "histogram",
-            histogram(
-                5.0,
-                vec![
-                    sample("A0_0", &spread(14.0, 0.0)),
-                    sample("A1_1", &spread(8.0, 12.0)),
-                    sample("A2_2", &spread(20.0, -9.0)),
-                ],
-            )
-            .picture(),
+            "track",
+            Chart::Track(TrackChart {
+                spots: vec![Spot::new("start", (0.0, 0.0)), goal],
+                ..track(vec![(0.0, 0.0), (4.0, 3.0)])
+            }),
         ),
+        ("plan", Chart::Plan(plan(Ink::Solid, &square))),
     ]
 }
 
-/// Charts whose data are as bad as data can be.
-fn unusual() -> Vec<(&'static str, Picture)> {
+/// Charts of unusual data.
+fn unusual() -> Vec<(&'static str, Chart)> {
     const NAN: f64 = f64::NAN;
     const MAX: f64 = f64::MAX;
-    let line = |points: &[(f64, f64)]| {
-        line_chart(vec![Line::new("only", points.to_vec())], vec![]).picture()
-    };
+    let lines = |lines| Chart::Lines(line_chart(lines, vec![]));
+    let line = |points: &[(f64, f64)]| lines(vec![Line::new("only", points.to_vec())]);
+    let bars = |groups: &[&str], bars| Chart::Bars(bar_chart(groups, bars));
     let bar = |values: &[Option<f64>]| {
-        let bars = BarSeries {
+        let series = BarSeries {
             name: "only".into(),
             values: values.to_vec(),
             errors: Some(vec![NAN, MAX]),
         };
-        bar_chart(&["one", "two"], vec![bars]).picture()
+        bars(&["one", "two"], vec![series])
     };
-    let bins = |values: &[f64]| histogram(1.0, vec![sample("only", values)]).picture();
+    let samples = |samples| Chart::Histogram(histogram(1.0, samples));
+    let bins = |values: &[f64]| samples(vec![sample("only", values)]);
     let many: Vec<String> = (0..60).map(|n| format!("a group named {n}")).collect();
     let many: Vec<&str> = many.iter().map(String::as_str).collect();
     let named = |n: u32| Line::new(&format!("line {n} \u{0}\n<&>"), vec![(0.0, n.into())]);
     let long = "an endless title ".repeat(100);
+    let titled = LineChart {
+        title: long.clone(),
+        x: Axis::new(&long, "s"),
+        y: Axis::new(&long, "mm"),
+        lines: vec![],
+        shaded: vec![Span {
+            from: 1.0,
+            to: 0.0,
+            label: long,
+        }],
+    };
+    let mut nowhere = track(vec![]);
+    nowhere.obstacles.clear();
+    let far = vec![
+        sample("one", &[-199.0, 0.0, 7.0]),
+        sample("two", &[1.0, 7.0, 199.0]),
+    ];
     vec![
-        ("no line", line_chart(vec![], vec![]).picture()),
+        ("no line", lines(vec![])),
         ("an empty line", line(&[])),
         ("no number", line(&[(NAN, 1.0), (1.0, f64::INFINITY)])),
         ("a point", line(&[(3.0, 4.0)])),
@@ -142,52 +326,179 @@ fn unusual() -> Vec<(&'static str, Picture)> {
             "next to each other",
             line(&[(0.0, 1e15), (1.0, 1e15 + 0.125)]),
         ),
-        ("no group", bar_chart(&[], vec![]).picture()),
+        ("no group", bars(&[], vec![])),
         ("no bar", bar(&[])),
         ("absent bars", bar(&[None, Some(NAN)])),
         ("one bar", bar(&[Some(-3.0)])),
         ("huge bars", bar(&[Some(MAX), Some(-MAX)])),
-        ("many groups", bar_chart(&many, vec![]).picture()),
-        ("no sample", histogram(1.0, vec![]).picture()),
+        ("many groups", bars(&many, vec![])),
+        ("no sample", samples(vec![])),
         ("no values", bins(&[])),
         ("no number to count", bins(&[NAN])),
         ("one value", bins(&[4.0])),
         ("equal values", bins(&[4.0; 50])),
         ("far apart", bins(&[-MAX, 0.0, MAX])),
+        ("narrow bins", samples(far)),
+        ("many lines", lines((0..90).map(named).collect())),
+        ("a long title", Chart::Lines(titled)),
+        ("no track", Chart::Track(track(vec![]))),
         (
-            "narrow bins",
-            histogram(
-                1.0,
-                vec![
-                    sample("one", &[-199.0, 0.0, 7.0]),
-                    sample("two", &[1.0, 7.0, 199.0]),
-                ],
-            )
-            .picture(),
+            "odd track",
+            Chart::Track(track(vec![(0.0, NAN), (MAX, 1.0), (1.0, 1.0)])),
         ),
         (
-            "many lines",
-            line_chart((0..90).map(named).collect(), vec![]).picture(),
+            "huge track",
+            Chart::Track(track(vec![(MAX, -MAX), (-MAX, MAX)])),
         ),
-        (
-            "a long title",
-            LineChart {
-                title: long.clone(),
-                x: Axis::new(&long, "s"),
-                y: Axis::new(&long, "mm"),
-                lines: vec![],
-                shaded: vec![Span {
-                    from: 1.0,
-                    to: 0.0,
-                    label: long,
-                }],
-            }
-            .picture(),
-        ),
+        ("no place", Chart::Track(nowhere)),
+        ("an empty plan", Chart::Plan(plan(Ink::Dots, &[(NAN, 0.0)]))),
+        ("a lone place", Chart::Plan(plan(Ink::Solid, &[(1.0, 0.0)]))),
     ]
 }
 
-/// Intervals as many faults have them: over each other, after each other, at once.
+#[test]
+fn every_chart_is_legible() {
+    for (name, chart) in usual().into_iter().chain(unusual()) {
+        assert_legible(name, &chart);
+    }
+}
+
+#[test]
+fn charts_without_data_have_a_note() {
+    for (name, chart) in unusual() {
+        let nothing = [
+            "no line",
+            "an empty line",
+            "no number",
+            "no group",
+            "no bar",
+            "absent bars",
+            "many groups",
+            "no sample",
+            "no values",
+            "no number to count",
+            "a long title",
+            "no place",
+            "an empty plan",
+        ];
+        let noted = contains_text(&chart, "no data");
+        assert_eq!(noted, nothing.contains(&name), "{name}");
+    }
+}
+
+#[test]
+fn equal_data_give_equal_bytes() {
+    let both = |chart: &Chart| (pixels(chart).unwrap(), svg(chart).unwrap());
+    let (first, again) = (usual(), usual());
+    let first: Vec<_> = first.iter().map(|(_, chart)| both(chart)).collect();
+    for (one, (name, other)) in first.iter().zip(&again) {
+        assert!(*one == both(other), "{name}");
+        assert!(!one.1.contains("NaN"), "{name}");
+    }
+    assert!(first[0].0 != first[1].0 && first[0].1 != first[1].1);
+}
+
+#[test]
+fn unusual_data_have_pixels() {
+    for name in [
+        "huge",
+        "tiny",
+        "a gap",
+        "huge bars",
+        "far apart",
+        "huge track",
+    ] {
+        let charts = unusual();
+        let (_, chart) = charts.iter().find(|chart| chart.0 == name).unwrap();
+        let pixels = pixels(chart).unwrap();
+        assert!(pixels.iter().any(|&byte| byte < 200), "{name}");
+    }
+}
+
+#[test]
+fn both_files_are_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = OutDir::create(folder.path()).unwrap();
+    let chart = line_chart(vec![Line::new("a", vec![(0.0, 0.0), (1.0, 1.0)])], vec![]);
+    let [png, svg] = chart.write(&out, "chart").unwrap();
+    let path = |name: &str| folder.path().join(name);
+    assert_eq!((png, svg), (path("chart.png"), path("chart.svg")));
+    let file = fs::File::open(path("chart.png")).unwrap();
+    let reader = png::Decoder::new(std::io::BufReader::new(file));
+    let info = reader.read_info().unwrap();
+    let (width, height) = (WIDTH as u32 / FINE, HEIGHT as u32 / FINE);
+    assert_eq!(info.info().size(), (width, height));
+    let svg = fs::read_to_string(path("chart.svg")).unwrap();
+    assert!(svg.starts_with("<svg width=\"1600\" height=\"1000\" viewBox=\"0 0 3200 2000\""));
+    assert!(svg.ends_with("</svg>\n"));
+    assert!(contains_text(&chart, "time (s)") && contains_text(&chart, "error (mm)"));
+    assert!(chart.write(&out, "no/folder").is_err());
+}
+
+#[test]
+fn several_series_have_a_legend() {
+    let lines = |count: u8| {
+        let line = |n: u8| Line::new(&format!("line {n}"), vec![(0.0, n.into()), (1.0, 0.0)]);
+        line_chart((0..count).map(line).collect(), vec![])
+    };
+    assert!(!contains_text(&lines(1), "line 0"));
+    assert!(contains_text(&lines(2), "line 0") && contains_text(&lines(2), "line 1"));
+    let many = lines(200);
+    assert!(
+        !contains_text(&many, "line 199"),
+        "the legend leaves room for the data"
+    );
+}
+
+#[test]
+fn ticks_of_counts_are_whole() {
+    for count in [1, 2, 3, 9, 40] {
+        let chart = histogram(1.0, vec![sample("a", &vec![0.0; count])]);
+        let elements = Element::all(&chart);
+        let labels = elements.iter().filter(|one| one.is("text"));
+        let labels = labels.filter(|one| one.get("text-anchor") == "end");
+        let ticks: Vec<f64> = labels.map(|one| one.text.parse().unwrap()).collect();
+        let whole = ticks.iter().all(|tick| tick.fract() == 0.0);
+        assert!(ticks.len() >= 2 && whole, "{ticks:?}");
+    }
+}
+
+#[test]
+fn histogram_counts_every_number_once() {
+    let values = [-5.0, -4.999, 4.999, 5.0, 14.9, f64::NAN, 100.0];
+    let counts = histogram(10.0, vec![sample("a", &values), sample("b", &[95.0])]).counts();
+    let of = |sample: usize, middle: f64| {
+        let mut bins = counts[sample].iter();
+        bins.find(|bin| bin.0 == middle).unwrap().1
+    };
+    assert_eq!((of(0, 0.0), of(0, 10.0), of(0, 100.0)), (3, 2, 1));
+    assert_eq!((of(1, 0.0), of(1, 100.0)), (0, 1));
+    assert_eq!(counts[0].len(), 11);
+}
+
+#[test]
+fn equal_samples_do_not_hide_each_other() {
+    for (bin_width, shapes) in [(10.0, 4), (0.1, 2)] {
+        let values = [0.0, 30.0];
+        let samples = vec![sample("a", &values), sample("b", &values)];
+        let elements = Element::all(&histogram(bin_width, samples));
+        let low = |element: &&Element| {
+            (element.is("rect") || element.is("polygon"))
+                && element.points().iter().any(|point| point.1 > 1600.0)
+                && element.get("fill") != "#FFFFFF"
+        };
+        let drawn: Vec<_> = elements.iter().filter(low).collect();
+        assert_eq!(drawn.len(), shapes, "bins of {bin_width} mm");
+        for (number, shape) in drawn.iter().enumerate() {
+            let opaque = shape.number("opacity") == 1.0;
+            assert_eq!(opaque, shapes == 4);
+            let mut others = drawn[..number].iter();
+            assert!(!opaque || others.all(|other| other.points() != shape.points()));
+        }
+    }
+}
+
+/// Intervals that overlap, follow each other, and have no length.
 fn many_spans() -> Vec<Span> {
     let span = |number: u32| {
         let from = f64::from(number * 7 % 20);
@@ -201,205 +512,99 @@ fn many_spans() -> Vec<Span> {
 }
 
 #[test]
-fn many_intervals_are_told_apart_above_the_data_and_do_not_grow_dark() {
-    let lines = || vec![Line::new("only", vec![(0.0, 0.0), (20.0, 1.0)])];
+fn many_intervals_have_bars_and_shades_do_not_add_up() {
     for count in [2, 3, 7, 30] {
-        let spans = many_spans().into_iter().take(count).collect();
-        let picture = line_chart(lines(), spans).picture();
-        assert_legible("spans", &picture);
-        assert_within("spans", &picture);
-        let labels = picture.shapes.iter().filter_map(extent).collect::<Vec<_>>();
-        let areas = picture.shapes.iter().filter_map(|shape| match shape {
-            Shape::Area(points, _, opacity) => Some((points, *opacity)),
-            _ => None,
-        });
-        let (shades, bars): (Vec<_>, Vec<_>) = areas.partition(|area| area.1 < 0.2);
-        let top = shades[0].0[0].1;
-        for (number, (a, _)) in shades.iter().enumerate() {
-            for (b, _) in &shades[..number] {
-                assert!(a[0].0 >= b[2].0 || b[0].0 >= a[2].0, "{a:?} darkens {b:?}");
+        let line = Line::new("only", vec![(0.0, 0.0), (20.0, 1.0)]);
+        let chart = line_chart(vec![line], many_spans().into_iter().take(count).collect());
+        assert_legible("spans", &chart);
+        let elements = Element::all(&chart);
+        let of = |opacity: f64| {
+            let areas = elements.iter().filter(|element| element.is("rect"));
+            let areas = areas.filter(move |element| element.number("opacity") == opacity);
+            areas.map(Element::points).collect::<Vec<_>>()
+        };
+        let (shades, bars) = (of(0.16), of(0.35));
+        let top = shades[0][0].1;
+        for (number, a) in shades.iter().enumerate() {
+            for b in &shades[..number] {
+                assert!(a[0].0 >= b[1].0 || b[0].0 >= a[1].0, "{a:?} darkens {b:?}");
             }
         }
         assert!(
-            bars.iter().all(|(bar, _)| bar[2].1 <= top),
+            bars.iter().all(|bar| bar[1].1 <= top),
             "{count}: above the data"
         );
-        assert!(bars.len() == count || says(&picture, &format!("and {} more", count - bars.len())));
-        let above = labels.iter().filter(|label| label[3] <= top).count();
-        // The title, and on the left the y axis's first label or two, are above it too.
-        assert!(above > bars.len(), "{above} labels for {} bars", bars.len());
+        let more = format!("and {} more", count - bars.len());
+        assert!(bars.len() == count || contains_text(&chart, &more));
     }
 }
 
-fn bytes(picture: &Picture) -> (Vec<u8>, String) {
-    let mut png = Vec::new();
-    raster::write(picture, &mut png).unwrap();
-    (png, svg::text(picture))
-}
-
-/// Where a text is: left, top, right, bottom.
-fn extent(shape: &Shape) -> Option<[f64; 4]> {
-    let Shape::Text(text) = shape else {
-        return None;
+#[test]
+fn square_is_drawn_as_a_square() {
+    let sides = |points: &[(f64, f64)]| -> Vec<f64> {
+        let pairs = points.iter().zip(points.iter().cycle().skip(1));
+        let sides = pairs.map(|(a, b)| (a.0 - b.0).hypot(a.1 - b.1));
+        sides.filter(|side| *side > 0.0).collect()
     };
-    let width = font::width(&text.content, text.size);
-    let before = match text.anchor {
-        Anchor::Start => 0.0,
-        Anchor::Middle => width / 2.0,
-        Anchor::End => width,
-    };
-    let (x, y) = text.place;
-    let (above, below) = (text.size * 0.76, text.size * 0.24);
-    Some(if text.upwards {
-        [x - above, y - width + before, x + below, y + before]
-    } else {
-        [x - before, y - above, x - before + width, y + below]
-    })
-}
-
-/// No text is cut off by the picture's edge or lies on another.
-fn assert_legible(name: &str, picture: &Picture) {
-    let texts: Vec<_> = picture.shapes.iter().filter_map(extent).collect();
-    for (number, a) in texts.iter().enumerate() {
-        let inside =
-            a[0] >= 0.0 && a[1] >= 0.0 && a[2] <= f64::from(WIDTH) && a[3] <= f64::from(HEIGHT);
-        assert!(inside, "{name}: a text at {a:?} is cut off");
-        for b in &texts[..number] {
-            let apart = a[2] <= b[0] || b[2] <= a[0] || a[3] <= b[1] || b[3] <= a[1];
-            assert!(apart, "{name}: texts at {a:?} and {b:?} overlap");
+    for end in [(10.0, 3.0), (3.0, 10.0), (-1.0, 5.0), (2.5, -2.5)] {
+        let elements = Element::all(&track(vec![(1.5, -1.5), end]));
+        let square = elements
+            .iter()
+            .find(|element| element.is("polygon"))
+            .unwrap();
+        let sides = sides(&square.points());
+        assert_eq!(sides.len(), 4);
+        for side in &sides {
+            assert!((side - sides[0]).abs() <= 2.0, "{end:?}: {sides:?}");
         }
     }
-}
-
-/// Every point of every shape is within the picture.
-fn assert_within(name: &str, picture: &Picture) {
-    for shape in &picture.shapes {
-        let points = match shape {
-            Shape::Line(points, _) | Shape::Area(points, ..) => points.clone(),
-            Shape::Dot(place, ..) => vec![*place],
-            Shape::Text(text) => vec![text.place],
-        };
-        for (x, y) in points {
-            let within =
-                (0.0..=f64::from(WIDTH)).contains(&x) && (0.0..=f64::from(HEIGHT)).contains(&y);
-            assert!(within, "{name}: ({x}, {y})");
-        }
-    }
-}
-
-fn says(picture: &Picture, words: &str) -> bool {
-    let texts = picture.shapes.iter();
-    let mut texts = texts.filter_map(|shape| match shape {
-        Shape::Text(text) => Some(&text.content),
-        _ => None,
-    });
-    texts.any(|text| text == words)
-}
-
-#[test]
-fn every_chart_is_legible_and_within_its_picture() {
-    for (name, picture) in usual().into_iter().chain(unusual()) {
-        assert_legible(name, &picture);
-        assert_within(name, &picture);
-    }
-}
-
-#[test]
-fn charts_say_so_where_there_is_nothing_to_show() {
-    for (name, picture) in unusual() {
-        let nothing = [
-            "no line",
-            "an empty line",
-            "no number",
-            "no group",
-            "no bar",
-            "absent bars",
-            "many groups",
-            "no sample",
-            "no values",
-            "no number to count",
-            "a long title",
-        ];
-        assert_eq!(says(&picture, "no data"), nothing.contains(&name), "{name}");
-    }
-}
-
-#[test]
-fn the_same_data_give_the_same_bytes_and_other_data_others() {
-    let (first, again) = (usual(), usual());
-    for ((name, a), (_, b)) in first.iter().zip(&again) {
-        assert!(bytes(a) == bytes(b), "{name}");
-    }
-    let (line, bars) = (bytes(&first[0].1), bytes(&first[1].1));
-    assert!(line.0 != bars.0 && line.1 != bars.1);
-}
-
-#[test]
-fn both_files_are_written_and_are_what_they_are_called() {
-    let folder = tempfile::tempdir().unwrap();
-    let out = OutDir::create(folder.path()).unwrap();
-    let chart = line_chart(vec![Line::new("a", vec![(0.0, 0.0), (1.0, 1.0)])], vec![]);
-    let [png, svg] = chart.write(&out, "chart").unwrap();
-    assert_eq!(
-        (png, svg),
-        (
-            folder.path().join("chart.png"),
-            folder.path().join("chart.svg")
-        )
+    let square = [(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0), (0.0, 0.0)];
+    let elements = Element::all(&plan(Ink::Solid, &square));
+    let mut lines = elements.iter().filter(|element| element.is("polyline"));
+    let sides = sides(
+        &lines
+            .find(|line| line.points().len() == 5)
+            .unwrap()
+            .points(),
     );
-    let file = fs::File::open(folder.path().join("chart.png")).unwrap();
-    let reader = png::Decoder::new(std::io::BufReader::new(file));
-    let info = reader.read_info().unwrap();
-    assert_eq!(info.info().size(), (WIDTH, HEIGHT));
-    let svg = fs::read_to_string(folder.path().join("chart.svg")).unwrap();
-    assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"));
-    assert!(svg.contains(">time (s)<") && svg.contains(">error (mm)<"));
-    assert!(chart.write(&out, "no/folder").is_err());
-}
-
-#[test]
-fn there_is_a_legend_where_there_is_more_than_one_series() {
-    let lines = |count: u8| {
-        let line = |n: u8| Line::new(&format!("line {n}"), vec![(0.0, n.into()), (1.0, 0.0)]);
-        line_chart((0..count).map(line).collect(), vec![]).picture()
-    };
-    assert!(!says(&lines(1), "line 0"));
-    assert!(says(&lines(2), "line 0") && says(&lines(2), "line 1"));
-    let many = lines(200);
-    assert!(
-        !says(&many, "line 199"),
-        "the legend leaves room for the data"
-    );
-}
-
-#[test]
-fn the_ticks_of_counts_are_whole() {
-    for count in [1, 2, 3, 9, 40] {
-        let samples = vec![sample("a", &vec![0.0; count])];
-        let picture = histogram(1.0, samples).picture();
-        let ticks = picture.shapes.iter().filter_map(|shape| match shape {
-            Shape::Text(text) if text.anchor == Anchor::End => Some(text.content.parse::<f64>()),
-            _ => None,
-        });
-        let ticks: Vec<f64> = ticks.map(Result::unwrap).collect();
-        assert!(
-            ticks.len() >= 2 && ticks.iter().all(|tick| tick.fract() == 0.0),
-            "{ticks:?}"
-        );
+    assert!(sides[0] > 600.0, "{sides:?}");
+    for side in &sides {
+        assert!((side - sides[0]).abs() <= 2.0, "{sides:?}");
     }
 }
 
 #[test]
-fn a_histogram_counts_every_number_once() {
-    let values = [-5.0, -4.999, 4.999, 5.0, 14.9, f64::NAN, 100.0];
-    let counts = histogram(10.0, vec![sample("a", &values), sample("b", &[95.0])]).counts();
-    let of = |sample: usize, middle: f64| {
-        let mut bins = counts[sample].iter();
-        bins.find(|bin| bin.0 == middle).unwrap().1
+fn distant_obstacles_are_not_drawn() {
+    let mut chart = track(vec![(0.0, 0.0), (10.0, 0.0)]);
+    chart
+        .obstacles
+        .push(vec![(9e4, 0.0), (1e5, 0.0), (1e5, 1.0)]);
+    let elements = Element::all(&chart);
+    let areas = elements.iter().filter(|element| element.is("polygon"));
+    assert_eq!(areas.count(), 1);
+}
+
+#[test]
+fn names_of_near_spots_do_not_overlap() {
+    let chart = TrackChart {
+        spots: vec![
+            Spot::new("start", (0.0, 0.0)),
+            Spot::new("goal", (0.1, 0.0)).within(0.5),
+        ],
+        ..track(vec![(0.0, 0.0), (4.0, 3.0)])
     };
-    assert_eq!((of(0, 0.0), of(0, 10.0), of(0, 100.0)), (3, 2, 1));
-    assert_eq!((of(1, 0.0), of(1, 100.0)), (0, 1));
-    assert_eq!(counts[0].len(), 11);
+    assert_legible("spots", &chart);
+    assert!(contains_text(&chart, "start") && contains_text(&chart, "goal"));
+    let elements = Element::all(&chart);
+    let lines = elements.iter().filter(|element| element.is("polyline"));
+    let circles: Vec<_> = lines
+        .map(Element::points)
+        .filter(|line| line.len() == 65)
+        .collect();
+    assert_eq!(circles.len(), 1);
+    let circle = &circles[0];
+    let (wide, high) = (circle[0].0 - circle[32].0, circle[48].1 - circle[16].1);
+    assert!((wide - high).abs() <= 2.0, "{wide} by {high}");
 }
 
 proptest! {
@@ -425,39 +630,8 @@ proptest! {
     ) {
         let line = Line::new(&name, points).with_band(band);
         let span = Span { from: span.0, to: span.1, label: name };
-        let picture = line_chart(vec![line.clone(), line.dashed()], vec![span]).picture();
-        assert_within("any", &picture);
-        prop_assert!(!svg::text(&picture).contains("NaN"));
-    }
-}
-
-/// Both encoders take every picture there is.
-#[test]
-fn unusual_data_have_files() {
-    for (name, picture) in unusual() {
-        let (png, svg) = bytes(&picture);
-        assert!(png.len() > 1000 && svg.lines().count() > 5, "{name}");
-    }
-}
-
-#[test]
-fn samples_of_equal_count_do_not_hide_each_other() {
-    for (width, bars) in [(10.0, 4), (0.1, 2)] {
-        let values = [0.0, 30.0];
-        let samples = vec![sample("a", &values), sample("b", &values)];
-        let picture = histogram(width, samples).picture();
-        let plot = |shape: &&Shape| matches!(shape, Shape::Area(points, ..) if points[0].1 > 800.0);
-        let drawn: Vec<_> = picture.shapes.iter().filter(plot).collect();
-        assert_eq!(drawn.len(), bars, "bins of {width} mm");
-        for (number, shape) in drawn.iter().enumerate() {
-            let opaque = matches!(shape, Shape::Area(_, _, opacity) if *opacity == 1.0);
-            assert_eq!(opaque, bars == 4);
-            let places = |shape: &Shape| match shape {
-                Shape::Area(points, ..) => points.clone(),
-                _ => vec![],
-            };
-            let others = &drawn[..number];
-            assert!(!opaque || others.iter().all(|other| places(other) != places(shape)));
-        }
+        let chart = line_chart(vec![line.clone(), line.dashed()], vec![span]);
+        assert_legible("any", &chart);
+        prop_assert!(!svg(&chart).unwrap().contains("NaN"));
     }
 }

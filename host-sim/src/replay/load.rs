@@ -1,39 +1,34 @@
-//! Opening a file and reading it to its end.
+//! Loads a file of any format.
 
-use super::carmen::{CarmenLog, Taken};
-use super::error::LoadError;
-use super::format::Format;
-use super::gunzip::{Gunzip, MAGIC};
-use super::lines::Lines;
-use super::readings;
-use super::skipped::{SkipReason, Skipped};
-use super::{RecordedBeam, Recording};
+use super::carmen::{self, CarmenLog};
+use super::readings::{self, HEADER};
+use super::recording::{Format, RecordedBeam, Recording};
+use super::skipped::{LineKind, SkipReason, Skipped, SkippedLine};
+use super::source::{Counted, Gunzip, Lines, MAGIC, START, Started};
+use crate::export::display_path;
 use certainty_core::units::{Millimeters, Ticks};
 use core::cell::Cell;
 use core::num::NonZeroU8;
 use std::fs::File;
 use std::io::{self, BufReader, Cursor, Read};
-use std::path::Path;
-
-/// How much of the start tells the format, in bytes.
-const START: u64 = 64 * 1024;
+use std::path::{Path, PathBuf};
 
 /// How to read a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LoadOptions {
-    /// The format, where its content shall not tell it.
+    /// The format; detected from the content if `None`.
     pub format: Option<Format>,
-    /// An echo this far away or farther is no object: lasers report their *no echo* as a distance.
+    /// Echoes at this distance or farther are no object: lasers report *no echo* as a distance.
     pub max_range: Option<Millimeters>,
-    /// To how many virtual sensors the beams of a laser are dealt: beam i to i mod `sensors`.
+    /// The number of virtual sensors of a laser: beam i belongs to sensor i mod `sensors`.
     pub sensors: NonZeroU8,
-    /// How many beams are taken into memory; a file with more is refused.
+    /// The most beams in memory; a file with more is refused.
     pub max_beams: usize,
 }
 
 impl Default for LoadOptions {
-    /// The content tells the format, every distance is an echo, a laser is one sensor, and a file
-    /// may have 20 million beams (half a gigabyte).
+    /// The format is detected, every distance is an echo, a laser is one sensor, and a file may have
+    /// 20 million beams (half a gigabyte).
     fn default() -> Self {
         Self {
             format: None,
@@ -44,16 +39,155 @@ impl Default for LoadOptions {
     }
 }
 
+impl Format {
+    /// Detects the format from the first bytes of the (unpacked) file.
+    ///
+    /// The first line that is a CARMEN message or the readings header decides; other lines before it
+    /// are ignored. A start of comments alone (`#`) is a CARMEN log.
+    ///
+    /// ```
+    /// use certainty_sim::replay::Format;
+    ///
+    /// let start = b"# note\nt_ms,sensor,x_mm,y_mm,bearing_mdeg,reading\n0,1,0,0,0,none\n";
+    /// assert_eq!(Format::detect(start), Some(Format::Readings));
+    /// assert_eq!(Format::detect(b"ODOM 0 0 0 0 0 0 0.1 host 0.1\n"), Some(Format::Carmen));
+    /// assert_eq!(Format::detect(b"Dear all,\n"), None);
+    /// ```
+    #[must_use]
+    pub fn detect(start: &[u8]) -> Option<Self> {
+        let start = start.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(start);
+        let mut comments = false;
+        let mut others = false;
+        for line in start.split(|&byte| byte == b'\n') {
+            let line = line.trim_ascii();
+            let word = line.split(u8::is_ascii_whitespace).next().unwrap_or(line);
+            if line == HEADER.as_bytes() {
+                return Some(Self::Readings);
+            }
+            match line.first() {
+                None => {}
+                Some(b'#') => comments = true,
+                Some(_) if str::from_utf8(word).is_ok_and(carmen::is_message) => {
+                    return Some(Self::Carmen);
+                }
+                Some(_) => others = true,
+            }
+        }
+        (comments && !others).then_some(Self::Carmen)
+    }
+}
+
+/// Why a recording cannot be loaded; displays as one line that says what to do.
+#[derive(Debug, thiserror::Error)]
+pub enum LoadError {
+    /// The file cannot be opened.
+    #[error("{}: cannot be opened ({source}); check its name and permissions", display_path(.path))]
+    Open {
+        /// The file.
+        path: PathBuf,
+        /// The system's error.
+        source: io::Error,
+    },
+    /// The file is a directory.
+    #[error("{}: is a directory; name one recording in it", display_path(.path))]
+    Directory {
+        /// The directory.
+        path: PathBuf,
+    },
+    /// The file, unpacked, has no bytes.
+    #[error("{}: is empty; a recording needs at least one beam", display_path(.path))]
+    Empty {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The file is binary.
+    #[error(
+        "{}: is not text; give a CARMEN log or a readings file (.csv), plain or gzip",
+        display_path(.path)
+    )]
+    NotText {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The file is text of an unknown format.
+    #[error(
+        "{}: no line of its start is a CARMEN message or the header \"{HEADER}\"; \
+         add the header or name the format",
+        display_path(.path)
+    )]
+    UnknownFormat {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The compressed data are damaged, or cut short before the first beam.
+    #[error(
+        "{}:{line}: the gzip data are damaged ({source}); copy the file anew or repair it",
+        display_path(.path)
+    )]
+    Gzip {
+        /// The file.
+        path: PathBuf,
+        /// The line of the unpacked text at the damage.
+        line: u64,
+        /// The decoder's error.
+        source: io::Error,
+    },
+    /// Reading failed.
+    #[error("{}:{line}: reading failed ({source}); check the disk and try again", display_path(.path))]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// The line it failed in.
+        line: u64,
+        /// The system's error.
+        source: io::Error,
+    },
+    /// No line has a usable beam.
+    #[error("{}{}", display_path(.path), no_beams(*.skipped, .first.as_ref()))]
+    NoBeams {
+        /// The file.
+        path: PathBuf,
+        /// How many lines were skipped.
+        skipped: u64,
+        /// The first of them.
+        first: Option<SkippedLine>,
+    },
+    /// The file has more beams than are allowed.
+    #[error(
+        "{}:{line}: more than {limit} beams; split the recording into shorter ones",
+        display_path(.path)
+    )]
+    TooManyBeams {
+        /// The file.
+        path: PathBuf,
+        /// The line that exceeds the limit.
+        line: u64,
+        /// The limit.
+        limit: usize,
+    },
+}
+
+/// The message behind the file's name if it has no beams.
+fn no_beams(skipped: u64, first: Option<&SkippedLine>) -> String {
+    match first {
+        Some(first) => format!(
+            ":{}: no usable beam: {} ({skipped} lines skipped in all); repair these lines",
+            first.line, first.reason
+        ),
+        None => ": no beam in it (no line skipped); record range readings with poses".to_owned(),
+    }
+}
+
 /// Loads the recording at `path`, plain or packed with gzip.
 ///
-/// `progress` is told how many bytes of the file were read, and of how many; 0 of a pipe, whose
-/// length nobody knows.
+/// `progress` receives how many bytes of the file were read, and its length; 0 for a pipe, whose length
+/// is unknown.
 ///
-/// A packed file that was cut short gives the beams before the cut, and counts as
-/// [`SkipReason::Truncated`]. Damage within it is an error: nothing says how far back it reaches.
+/// A packed file that is cut short has the beams before the cut, and the cut is counted as
+/// [`SkipReason::Truncated`]. Damage within it is an error, because lines before it can be wrong too.
 ///
 /// # Errors
-/// If the file cannot be read, is of no known format, or has no usable beam: see [`LoadError`].
+/// If the file cannot be read, has an unknown format, or has no usable beam: see [`LoadError`].
 ///
 /// # Examples
 /// ```
@@ -90,22 +224,8 @@ pub fn load(
     Ok(recording)
 }
 
-/// Counts the bytes that were read.
-struct Counted<'a, R> {
-    inner: R,
-    count: &'a Cell<u64>,
-}
-
-impl<R: Read> Read for Counted<'_, R> {
-    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
-        let count = self.inner.read(out)?;
-        self.count.set(self.count.get() + count as u64);
-        Ok(count)
-    }
-}
-
-/// Reads a recording from anything that gives bytes; `path` is for messages.
-pub(super) fn read(
+/// Reads a recording from a source of bytes; `path` is for messages.
+fn read(
     path: &Path,
     mut source: impl Read,
     options: &LoadOptions,
@@ -130,7 +250,7 @@ pub(super) fn read(
     }
 }
 
-/// Reads unpacked text; gives the number of the last line and the reader back.
+/// Reads unpacked text; returns the number of the last line and the reader too.
 fn read_text<R: Read>(
     path: &Path,
     source: R,
@@ -156,7 +276,7 @@ fn read_text<R: Read>(
         backward_steps: 0,
     };
     let mut parser = match format {
-        Format::Carmen => Parser::Carmen(CarmenLog::new(*options)),
+        Format::Carmen => Parser::Carmen(CarmenLog::new(options.sensors, options.max_range)),
         Format::Readings => Parser::Readings {
             max_range: options.max_range,
             last: None,
@@ -181,12 +301,12 @@ fn read_text<R: Read>(
             Err(error) => return Err(failed(path, lines.number(), error)),
         };
         match taken {
-            Ok(Taken::Beams { backward }) => {
+            Ok(LineKind::Beams { backward }) => {
                 recording.backward_steps += u64::from(backward);
-                lines.was_of_use();
+                lines.mark_used();
             }
-            Ok(Taken::Other) => recording.other_messages += 1,
-            Ok(Taken::Nothing) => {}
+            Ok(LineKind::Other) => recording.other_messages += 1,
+            Ok(LineKind::Nothing) => {}
             Err(reason) => recording.skipped.add(lines.number(), reason),
         }
         if recording.beams.len() > options.max_beams {
@@ -231,65 +351,28 @@ enum Parser {
 
 impl Parser {
     /// Appends the beams of `line`, if it has any.
-    fn line(&mut self, line: &str, beams: &mut Vec<RecordedBeam>) -> Result<Taken, SkipReason> {
+    fn line(&mut self, line: &str, beams: &mut Vec<RecordedBeam>) -> Result<LineKind, SkipReason> {
         match self {
             Self::Carmen(log) => log.line(line, beams),
             Self::Readings { max_range, last } => {
                 let Some(beam) = readings::parse(line, *max_range)? else {
-                    return Ok(Taken::Nothing);
+                    return Ok(LineKind::Nothing);
                 };
                 beams.push(beam);
                 let before = last.replace(beam.at);
                 let backward = before.is_some_and(|before| before.since(beam.at) > 0);
-                Ok(Taken::Beams { backward })
+                Ok(LineKind::Beams { backward })
             }
         }
     }
 }
 
-/// A reader whose start was read to look at; a failure met there comes again in its place.
-struct Started<R> {
-    start: Cursor<Vec<u8>>,
-    pending: Option<io::Error>,
-    rest: R,
-}
-
-impl<R: Read> Started<R> {
-    fn new(mut rest: R) -> Self {
-        let mut start = Vec::new();
-        // What was read before a failure is kept.
-        let pending = rest.by_ref().take(START).read_to_end(&mut start).err();
-        Self {
-            start: Cursor::new(start),
-            pending,
-            rest,
-        }
-    }
-
-    fn start(&self) -> &[u8] {
-        self.start.get_ref()
-    }
-}
-
-impl<R: Read> Read for Started<R> {
-    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
-        let count = self.start.read(out)?;
-        if count > 0 || out.is_empty() {
-            return Ok(count);
-        }
-        match self.pending.take() {
-            Some(error) => Err(error),
-            None => self.rest.read(out),
-        }
-    }
-}
-
-/// Whether packed data ended before their end.
+/// Whether packed data are cut short.
 fn is_cut(error: &io::Error) -> bool {
     error.kind() == io::ErrorKind::UnexpectedEof
 }
 
-/// The error for a reader that failed in `line`: the decoder's own kinds are damage to the file.
+/// The error of a reader that failed in `line`: the decoder's error kinds mean a damaged file.
 fn failed(path: &Path, line: u64, source: io::Error) -> LoadError {
     let path = path.into();
     match source.kind() {
@@ -300,10 +383,10 @@ fn failed(path: &Path, line: u64, source: io::Error) -> LoadError {
     }
 }
 
-/// The error for a file whose `start` shows no format.
+/// The error for a file whose `start` is of an unknown format.
 fn unknown(path: &Path, start: &[u8]) -> LoadError {
     let path = path.into();
-    // The start may end within a character.
+    // The start can end within a character.
     let cut = start.len() as u64 == START;
     let text = match str::from_utf8(start) {
         Ok(_) => true,
@@ -313,5 +396,389 @@ fn unknown(path: &Path, start: &[u8]) -> LoadError {
         LoadError::UnknownFormat { path }
     } else {
         LoadError::NotText { path }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::readings::write_readings;
+    use super::super::recording::Tally;
+    use super::super::source::gzip;
+    use super::*;
+    use certainty_core::sensor::SensorId;
+    use certainty_core::transducer::{Missing, Reading};
+    use certainty_core::units::{BinaryAngle, Point};
+    use flate2::{Compression, write::GzEncoder};
+    use proptest::prelude::*;
+
+    fn read_with(bytes: &[u8], options: &LoadOptions) -> Result<Recording, LoadError> {
+        read(Path::new("f.log"), bytes, options, &mut || ())
+    }
+
+    fn read_bytes(bytes: &[u8]) -> Result<Recording, LoadError> {
+        read_with(bytes, &LoadOptions::default())
+    }
+
+    /// The error's message.
+    fn message(bytes: &[u8]) -> String {
+        let message = read_bytes(bytes).unwrap_err().to_string();
+        assert_eq!(message.lines().count(), 1, "{message}");
+        message
+    }
+
+    /// A readings file of `count` beams.
+    fn many_readings(count: u32) -> Vec<u8> {
+        let beam = |at| RecordedBeam {
+            at: Ticks::new(at),
+            sensor: SensorId::new(1 + (at % 7) as u8),
+            origin: Point::from_mm(at as i32 * 13 % 9001, -(at as i32)),
+            bearing: BinaryAngle::from_bits((at * 977 % 65536) as u16),
+            reading: Reading::Echo(Millimeters::new(at * 31 % 5000)),
+        };
+        let mut file = Vec::new();
+        write_readings(&mut file, &(0..count).map(beam).collect::<Vec<_>>()).unwrap();
+        file
+    }
+
+    #[test]
+    fn packed_file_reads_as_the_plain_one() {
+        let plain = many_readings(20_000);
+        let recording = read_bytes(&plain).unwrap();
+        assert_eq!(recording.beams.len(), 20_000);
+        assert_eq!((recording.sensors, recording.format), (7, Format::Readings));
+        assert_eq!(recording.skipped.total(), 0);
+        assert_eq!(read_bytes(&gzip(&plain)).unwrap(), recording);
+    }
+
+    #[test]
+    fn cut_packed_file_keeps_the_beams_before() {
+        let plain = many_readings(20_000);
+        let whole = read_bytes(&plain).unwrap();
+        let packed = gzip(&plain);
+        for end in [packed.len() - 1, packed.len() / 2, packed.len() / 4] {
+            let cut = read_bytes(&packed[..end]).unwrap();
+            assert_eq!(cut.skipped.total(), 1);
+            assert_eq!(cut.skipped.count(SkipReason::Truncated), 1);
+            assert!(!cut.beams.is_empty() && cut.beams.len() <= whole.beams.len());
+            // Half a line is not read as a whole one.
+            assert_eq!(cut.beams, whole.beams[..cut.beams.len()]);
+        }
+        assert!(message(&packed[..12]).starts_with("f.log:1: the gzip data are damaged"));
+    }
+
+    #[test]
+    fn damaged_packed_data_are_an_error() {
+        let packed = gzip(&many_readings(100));
+        let mut damaged = packed.clone();
+        let checksum = damaged.len() - 8;
+        damaged[checksum] ^= 1;
+        assert!(message(&damaged).contains("the gzip data are damaged"));
+        let padded = read_bytes(&[packed, vec![0; 512]].concat()).unwrap();
+        assert_eq!(padded.beams.len(), 100);
+        assert_eq!(padded.skipped.count(SkipReason::TrailingBytes), 1);
+    }
+
+    #[test]
+    fn gzip_bomb_is_read_in_bounded_memory() {
+        // 256 MiB without a line end behind one good beam: all of it is one line to be skipped.
+        let mut bomb = GzEncoder::new(Vec::new(), Compression::fast());
+        io::copy(&mut &many_readings(1)[..], &mut bomb).unwrap();
+        io::copy(&mut io::repeat(b'7').take(256 << 20), &mut bomb).unwrap();
+        let bomb = bomb.finish().unwrap();
+        assert!(bomb.len() < 4 << 20);
+        let recording = read_bytes(&bomb).unwrap();
+        assert_eq!(recording.beams.len(), 1);
+        assert_eq!(recording.skipped.count(SkipReason::TooLong), 1);
+    }
+
+    #[test]
+    fn too_many_beams_are_refused_by_line() {
+        let options = LoadOptions {
+            max_beams: 10,
+            ..LoadOptions::default()
+        };
+        assert_eq!(
+            read_with(&many_readings(10), &options).unwrap().beams.len(),
+            10
+        );
+        let error = read_with(&many_readings(11), &options).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "f.log:12: more than 10 beams; split the recording into shorter ones"
+        );
+    }
+
+    #[test]
+    fn every_error_names_the_file_and_what_to_do() {
+        assert_eq!(
+            message(b""),
+            "f.log: is empty; a recording needs at least one beam"
+        );
+        assert_eq!(
+            message(&gzip(b"")),
+            "f.log: is empty; a recording needs at least one beam"
+        );
+        let png = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR";
+        assert!(message(png).starts_with("f.log: is not text; give"));
+        assert!(message(&gzip(png)).starts_with("f.log: is not text; give"));
+        assert!(message(b"Dear all,\n").starts_with("f.log: no line of its start is"));
+        let damaged = format!("{HEADER}\n# note\n0,0,0,0,0,5\n0,1,0\n");
+        assert_eq!(
+            message(damaged.as_bytes()),
+            "f.log:3: no usable beam: sensor not within 1 to 255 (2 lines skipped in all); \
+             repair these lines"
+        );
+        assert_eq!(
+            message(b"ODOM 0 0 0 0 0 0 0.1 h 0.1\n"),
+            "f.log: no beam in it (no line skipped); record range readings with poses"
+        );
+        let load = |path: &Path| load(path, &LoadOptions::default(), &mut |_, _| ()).unwrap_err();
+        let missing = load(Path::new("no/such\nfile"));
+        assert!(matches!(missing, LoadError::Open { .. }));
+        assert_eq!(missing.to_string().lines().count(), 1);
+        let directory = load(Path::new(env!("CARGO_MANIFEST_DIR")));
+        assert!(matches!(directory, LoadError::Directory { .. }));
+    }
+
+    #[test]
+    fn damaged_lines_are_skipped_alone() {
+        let mut file = many_readings(3);
+        file.extend_from_slice(b"\xff\xfe\0\n5,1,0,0,0,5,5\r\n\r\n# end\r\n6,1,0,0,0,17\r\n");
+        let recording = read_bytes(&file).unwrap();
+        assert_eq!(recording.beams.len(), 4);
+        let skipped: Vec<String> = recording
+            .skipped
+            .first()
+            .iter()
+            .map(ToString::to_string)
+            .collect();
+        assert_eq!(
+            skipped,
+            ["line 5: not text", "line 6: wrong number of fields"]
+        );
+    }
+
+    #[test]
+    fn steps_back_in_time_are_counted() {
+        let file =
+            format!("{HEADER}\n5,1,0,0,0,1\n9,1,0,0,0,2\n3,1,0,0,0,3\n3,1,0,0,0,4\n7,1,0,0,0,5\n");
+        let recording = read_bytes(file.as_bytes()).unwrap();
+        assert_eq!(recording.backward_steps, 1);
+        let order: Vec<u32> = recording.beams.iter().map(|beam| beam.at.get()).collect();
+        assert_eq!(order, [5, 9, 3, 3, 7]);
+    }
+
+    #[test]
+    fn extent_holds_origins_and_echoes() {
+        let file =
+            format!("{HEADER}\n0,1,10,20,0,1000\n0,1,-5,0,270000,300\n0,1,0,0,180000,none\n");
+        let recording = read_bytes(file.as_bytes()).unwrap();
+        let (low, high) = recording.extent();
+        assert_eq!(
+            (low, high),
+            (Point::from_mm(-5, -300), Point::from_mm(1010, 20))
+        );
+    }
+
+    #[test]
+    fn progress_ends_at_the_file_length() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/eight-sonar.csv");
+        let mut last = (0, 0);
+        load(&path, &LoadOptions::default(), &mut |done, total| {
+            assert!(done >= last.0);
+            last = (done, total);
+        })
+        .unwrap();
+        let length = std::fs::metadata(&path).unwrap().len();
+        assert_eq!(last, (length, length));
+    }
+
+    #[test]
+    fn eight_sonar_run_is_read_whole() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/eight-sonar.csv");
+        let recording = load(&path, &LoadOptions::default(), &mut |_, _| ()).unwrap();
+        let expected = Tally {
+            echo: 2236,
+            no_object: 1068,
+            ..Tally::default()
+        };
+        assert_eq!(recording.tally(), expected);
+        assert_eq!((recording.sensors, recording.backward_steps), (8, 0));
+        assert_eq!(recording.skipped.total(), 0);
+        assert_eq!(recording.beams.last().unwrap().at, Ticks::new(92_837));
+    }
+
+    /// The folder of logs that the project may not distribute, if it exists.
+    fn borrowed_data() -> Option<PathBuf> {
+        let folder = std::env::var_os("CERTAINTY_DATA").map_or_else(
+            || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data"),
+            PathBuf::from,
+        );
+        folder.is_dir().then_some(folder)
+    }
+
+    #[test]
+    fn real_carmen_logs_have_no_skipped_line() {
+        let Some(folder) = borrowed_data() else {
+            eprintln!("skipped: set CERTAINTY_DATA to the folder with carmen/*.log.gz");
+            return;
+        };
+        // Name, scans, beams a scan, the laser's no echo in millimetres and how often it occurs (counted
+        // by another program), steps back in time.
+        let logs = [
+            ("intel", 910, 180, 80_000, 4172, 4),
+            ("fhw", 488, 180, 50_000, 647, 0),
+            ("acapulco", 861, 181, 50_000, 13_213, 0),
+            ("orebro", 237, 181, 32_700, 968, 0),
+        ];
+        for (name, scans, per_scan, no_echo, no_object, backward) in logs {
+            let path = folder.join(format!("carmen/{name}-corrected.log.gz"));
+            let options = LoadOptions {
+                max_range: Some(Millimeters::new(no_echo)),
+                ..LoadOptions::default()
+            };
+            let recording = load(&path, &options, &mut |_, _| ()).unwrap();
+            let expected = Tally {
+                echo: (scans * per_scan) as u64 - no_object,
+                no_object,
+                ..Tally::default()
+            };
+            assert_eq!(recording.tally(), expected, "{name}");
+            assert_eq!(recording.skipped.total(), 0, "{name}");
+            assert_eq!(recording.backward_steps, backward, "{name}");
+            if name == "acapulco" {
+                // Its last beam reads 50 m in every scan, which must not become an obstacle.
+                let mut stuck = recording.beams.iter().skip(180).step_by(181);
+                assert!(stuck.all(|beam| beam.reading == Reading::NoObject));
+            }
+        }
+    }
+
+    fn any_reading() -> impl Strategy<Value = Reading> {
+        prop_oneof![
+            any::<u32>().prop_map(|mm| Reading::Echo(Millimeters::new(mm))),
+            Just(Reading::NoObject),
+            Just(Reading::TooNear),
+            Just(Reading::Missing(Missing::Timeout)),
+        ]
+    }
+
+    prop_compose! {
+        fn any_beam()(
+            at: u32,
+            sensor in 1_u8..,
+            x in -Point::LIMIT..=Point::LIMIT,
+            y in -Point::LIMIT..=Point::LIMIT,
+            bearing: u16,
+            reading in any_reading(),
+        ) -> RecordedBeam {
+            RecordedBeam {
+                at: Ticks::new(at),
+                sensor: SensorId::try_new(sensor).unwrap(),
+                origin: Point::from_mm(x, y),
+                bearing: BinaryAngle::from_bits(bearing),
+                reading,
+            }
+        }
+    }
+
+    /// Words that reach the parsers' special cases.
+    fn any_word() -> impl Strategy<Value = String> {
+        prop_oneof![
+            Just("FLASER".to_owned()),
+            Just("ROBOTLASER1".to_owned()),
+            Just(format!("\n{HEADER}\n")),
+            Just("\n".to_owned()),
+            Just("nan".to_owned()),
+            Just("-inf".to_owned()),
+            Just(",".to_owned()),
+            Just("1e999".to_owned()),
+            Just("18446744073709551615".to_owned()),
+            (0_u32..12).prop_map(|n| n.to_string()),
+            any::<i64>().prop_map(|n| n.to_string()),
+            any::<f64>().prop_map(|n| n.to_string()),
+        ]
+    }
+
+    proptest! {
+        #[test]
+        fn written_readings_read_back(beams in prop::collection::vec(any_beam(), 1..50)) {
+            let mut file = Vec::new();
+            write_readings(&mut file, &beams).unwrap();
+            prop_assert_eq!(read_bytes(&file).unwrap().beams, beams);
+        }
+
+        #[test]
+        fn no_bytes_panic(bytes: Vec<u8>, format in 0_usize..3, packed: bool) {
+            let options = LoadOptions {
+                format: [None, Some(Format::Carmen), Some(Format::Readings)][format],
+                ..LoadOptions::default()
+            };
+            let _ = read_with(&bytes, &options);
+            let bytes = if packed { gzip(&bytes) } else { [&[0x1F, 0x8B, 8][..], &bytes].concat() };
+            let _ = read_with(&bytes, &options);
+        }
+
+        #[test]
+        fn no_words_panic(words in prop::collection::vec(any_word(), 0..60), format in 0_usize..2) {
+            let options = LoadOptions {
+                format: [Some(Format::Carmen), Some(Format::Readings)][format],
+                sensors: NonZeroU8::MAX,
+                ..LoadOptions::default()
+            };
+            let _ = read_with(words.join(" ").as_bytes(), &options);
+            let _ = read_with(words.concat().as_bytes(), &options);
+        }
+
+        #[test]
+        fn damaged_scan_is_whole_or_skipped(
+            place in 0_usize..200,
+            byte: u8,
+            readings in prop::collection::vec(0.0..9.0_f64, 1..30),
+        ) {
+            let numbers: Vec<String> = readings.iter().map(ToString::to_string).collect();
+            let line = format!("FLASER {} {} 1 2 3 1 2 3 4.5 h 4.5", numbers.len(), numbers.join(" "));
+            let mut bytes = line.into_bytes();
+            let place = place % bytes.len();
+            bytes[place] = byte;
+            let options = LoadOptions { format: Some(Format::Carmen), ..LoadOptions::default() };
+            if let Ok(recording) = read_with(&bytes, &options) {
+                // A changed digit is a changed number; the count is right or the line is gone.
+                let text = String::from_utf8(bytes).unwrap();
+                let announced: usize = text.split_ascii_whitespace().nth(1).unwrap().parse().unwrap();
+                prop_assert_eq!(recording.beams.len(), announced);
+            }
+        }
+    }
+
+    #[test]
+    fn first_known_line_decides_the_format() {
+        let carmen = Some(Format::Carmen);
+        let readings = Some(Format::Readings);
+        assert_eq!(
+            Format::detect(b"# message formats defined: PARAM\n"),
+            carmen
+        );
+        assert_eq!(Format::detect(b"\n\nFLASER 2 1.0"), carmen);
+        assert_eq!(Format::detect(b"RAWLASER3 0 1\n"), carmen);
+        assert_eq!(Format::detect(b"\xff\x00\nODOM 1 2\n"), carmen);
+        let with_mark = format!("\u{FEFF}{HEADER}\r\n");
+        assert_eq!(Format::detect(with_mark.as_bytes()), readings);
+        let noted = format!("# FLASER is mentioned here\n\n{HEADER}\n");
+        assert_eq!(Format::detect(noted.as_bytes()), readings);
+    }
+
+    #[test]
+    fn similar_text_is_of_unknown_format() {
+        for text in [
+            "",
+            "\n\n",
+            "FLASERS 1 2\n",
+            "t_ms,sensor,x_mm\n",
+            "# note\n1 2 3\n",
+            "\u{89}PNG\r\n",
+        ] {
+            assert_eq!(Format::detect(text.as_bytes()), None, "{text:?}");
+        }
     }
 }

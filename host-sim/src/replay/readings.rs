@@ -1,9 +1,8 @@
-//! Our own interchange format: a beam a line.
+//! Readings files, the interchange format of this project: CSV with one beam a line.
 //!
-//! Six fixed fields of numbers and bare words need no quoting, so a line is split at its commas; a
-//! reader for general CSV would bring rules that this format does not have.
+//! The six fields are numbers and plain words without quotes, so a line is split at its commas.
 
-use super::RecordedBeam;
+use super::recording::RecordedBeam;
 use super::skipped::SkipReason;
 use crate::quantity;
 use certainty_core::sensor::SensorId;
@@ -11,15 +10,16 @@ use certainty_core::transducer::{Missing, Reading};
 use certainty_core::units::{BinaryAngle, Millimeters, Point, Ticks};
 use std::io::{self, Write};
 
-/// The line that starts a readings file.
+/// The first line of a readings file.
 pub const HEADER: &str = "t_ms,sensor,x_mm,y_mm,bearing_mdeg,reading";
 
 /// Millidegrees of a turn.
 const TURN: i64 = 360_000;
 
-/// Returns the beams' opening angle if `line` is the comment that gives it, or that it is none.
+/// Returns the beams' opening angle if `line` is a comment such as `# beam-width: 20deg`, or why it is
+/// not an angle.
 ///
-/// The six columns do not say how wide a beam is; a file says it once, as `# beam-width: 20deg`.
+/// The six columns do not have the width of a beam; a file has it once.
 pub(super) fn beam_width(line: &str) -> Option<Result<BinaryAngle, SkipReason>> {
     let note = line.strip_prefix('#')?.trim().strip_prefix("beam-width:")?;
     Some(quantity::opening(note.trim()).map_err(|_| SkipReason::BadBeamWidth))
@@ -27,12 +27,12 @@ pub(super) fn beam_width(line: &str) -> Option<Result<BinaryAngle, SkipReason>> 
 
 /// Writes `beams` as a readings file.
 ///
-/// Reading it back gives the same beams, bit for bit, but for one thing: the file has one word for
-/// all kinds of missing readings, and they come back as [`Missing::Timeout`]. A step of
-/// [`BinaryAngle`] is 5.5 millidegrees, so a bearing in whole ones names its step.
+/// Reading the file gives the same beams, bit for bit, with one exception: all kinds of missing
+/// readings are written as `missing`, which is read as [`Missing::Timeout`]. A step of
+/// [`BinaryAngle`] is 5.5 millidegrees, so a bearing in whole millidegrees identifies its step.
 ///
 /// # Errors
-/// What `out` fails with.
+/// If `out` fails.
 ///
 /// # Examples
 /// ```
@@ -98,7 +98,7 @@ pub(super) fn parse(
         .and_then(SensorId::try_new)
         .ok_or(SkipReason::BadSensor)?;
     let origin = Point::from_mm(coordinate(x)?, coordinate(y)?);
-    // Within a turn it fits.
+    // A number within a turn fits.
     let within_turn = i32::try_from(number(bearing)?.rem_euclid(TURN)).unwrap_or(0);
     let reading = match reading {
         "none" => Reading::NoObject,
@@ -141,7 +141,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_line_of_each_kind() {
+    fn line_of_each_kind_is_parsed() {
         let reading = |word: &str| {
             let line = format!("1500,3,-20,40,-90000,{word}");
             parse(&line, None).unwrap().unwrap()
@@ -161,14 +161,14 @@ mod tests {
     }
 
     #[test]
-    fn header_comments_and_blank_lines_are_no_beams() {
+    fn header_comments_and_blanks_have_no_beams() {
         for line in ["", "  ", "\r", "# 1,2,3", HEADER, &format!("{HEADER}\r")] {
             assert_eq!(parse(line, None), Ok(None), "{line:?}");
         }
     }
 
     #[test]
-    fn a_wrong_field_names_its_reason() {
+    fn wrong_field_names_its_reason() {
         for (line, reason) in [
             ("0,1,0,0,0", SkipReason::FieldCount),
             ("0,1,0,0,0,5,6", SkipReason::FieldCount),
@@ -194,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn an_explicit_range_turns_far_echoes_into_no_object() {
+    fn far_echoes_become_no_object() {
         let reading = |mm: u32, limit: u32| {
             let line = format!("0,1,0,0,0,{mm}");
             parse(&line, Some(Millimeters::new(limit)))
@@ -208,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn every_bearing_survives_the_way_through_millidegrees() {
+    fn every_bearing_survives_millidegrees() {
         for bits in 0..=u16::MAX {
             let beam = RecordedBeam {
                 at: Ticks::new(0),

@@ -1,4 +1,4 @@
-//! Which lines of a recording could not be used, and why.
+//! The lines of a recording that were skipped, and why.
 
 use core::fmt;
 use serde::Serialize;
@@ -16,7 +16,7 @@ pub enum SkipReason {
     FieldCount,
     /// The line is a scan without beams.
     NoReadings,
-    /// A field that must be a number is none.
+    /// A field is not the number that it must be.
     NotANumber,
     /// The time is negative, not finite or past what 32 bits of milliseconds hold.
     BadTime,
@@ -24,17 +24,17 @@ pub enum SkipReason {
     BadSensor,
     /// The pose is not finite.
     BadPose,
-    /// The pose is farther out than a map can reach.
+    /// The pose is beyond the largest coordinate of a map.
     OutOfReach,
-    /// The reading is neither a distance nor one of the words for the absence of one.
+    /// The reading is neither a distance nor `none`, `near` or `missing`.
     BadReading,
-    /// The comment that gives the beams' width gives none.
+    /// The comment with the beams' width has no valid angle.
     BadBeamWidth,
-    /// The line starts with no known message's name.
+    /// The line does not start with the name of a known message.
     UnknownMessage,
-    /// The compressed file ends before its end, and its last line with it.
+    /// The compressed file is cut short within this line.
     Truncated,
-    /// What follows the compressed data is not part of it.
+    /// Bytes follow the compressed data that are not part of it.
     TrailingBytes,
 }
 
@@ -57,6 +57,17 @@ impl fmt::Display for SkipReason {
             Self::TrailingBytes => "bytes after the compressed data",
         })
     }
+}
+
+/// What a line of a recording is, if it is not skipped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum LineKind {
+    /// It has beams; `backward` if its time is before that of the beams before.
+    Beams { backward: bool },
+    /// A known message without beams.
+    Other,
+    /// A comment, a header, or blank.
+    Nothing,
 }
 
 /// A skipped line.
@@ -124,7 +135,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn all_are_counted_and_the_first_few_kept() {
+    fn all_are_counted_and_first_few_kept() {
         let mut skipped = Skipped::default();
         for line in 1..=100 {
             skipped.add(line, SkipReason::NotText);
@@ -138,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn a_report_reads_as_json_by_reason() {
+    fn json_counts_by_reason() {
         let mut skipped = Skipped::default();
         skipped.add(7, SkipReason::FieldCount);
         assert_eq!(

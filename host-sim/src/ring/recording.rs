@@ -1,7 +1,7 @@
 //! Recordings of real rings: 24 direct distances per row, without cross echoes.
 
 use super::acoustics::SONARS;
-use crate::export::shown;
+use crate::export::display_path;
 use crate::quantity::Excerpt;
 use certainty_core::sensor::SensorId;
 use certainty_core::transducer::{Missing, Reading};
@@ -37,7 +37,7 @@ struct Row {
 #[derive(Debug, Error)]
 pub enum RecordingError {
     /// The file cannot be read.
-    #[error("{}: cannot be read ({source}); check its name and permissions", shown(.path))]
+    #[error("{}: cannot be read ({source}); check its name and permissions", display_path(.path))]
     Unreadable {
         /// The file.
         path: PathBuf,
@@ -45,13 +45,13 @@ pub enum RecordingError {
         source: io::Error,
     },
     /// The file is too long.
-    #[error("{}: over 64 MiB; split the recording into shorter ones", shown(.path))]
+    #[error("{}: over 64 MiB; split the recording into shorter ones", display_path(.path))]
     TooLong {
         /// The file.
         path: PathBuf,
     },
     /// No line is a row.
-    #[error("{}{}", shown(.path), no_rows(.first.as_ref()))]
+    #[error("{}{}", display_path(.path), no_rows(.first.as_ref()))]
     NoRows {
         /// The file.
         path: PathBuf,

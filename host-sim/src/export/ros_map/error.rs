@@ -1,45 +1,44 @@
-//! Why files are no map.
+//! Why a map cannot be loaded.
 
-use crate::export::shown;
-use crate::export::shown::one_line;
+use crate::export::files::{display_path, one_line};
+use image::ImageError;
 use std::io;
 use std::path::PathBuf;
-use yaml_rust2::ScanError;
 
 /// Why a map cannot be loaded; each reads as one line that says what to do.
 #[derive(Debug, thiserror::Error)]
 pub enum MapError {
     /// A file cannot be read.
     #[error(
-        "{}: cannot be read ({source}); name the map's .yaml, and keep its image where that says",
-        shown(.path)
+        "{}: cannot be read ({source}); name the map's .yaml, and keep its image where that names it",
+        display_path(.path)
     )]
     Open {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: io::Error,
     },
-    /// A file is larger than any such file should be.
-    #[error("{}: is larger than {limit} bytes; name the map's .yaml", shown(.path))]
+    /// A file is larger than the limit for such files.
+    #[error("{}: is larger than {limit} bytes; name the map's .yaml", display_path(.path))]
     TooLarge {
         /// The file.
         path: PathBuf,
-        /// The most that is read.
+        /// The limit in bytes.
         limit: u64,
     },
-    /// The YAML file describes no map.
-    #[error("{}:{line}: {source}", shown(.path))]
+    /// The YAML file does not describe a map.
+    #[error("{}:{line}: {source}", display_path(.path))]
     Yaml {
         /// The file.
         path: PathBuf,
         /// The line.
-        line: usize,
+        line: u64,
         /// What is wrong there.
         source: YamlError,
     },
     /// The image cannot be used.
-    #[error("{}: {source}", shown(.path))]
+    #[error("{}: {source}", display_path(.path))]
     Image {
         /// The file.
         path: PathBuf,
@@ -54,11 +53,11 @@ pub enum YamlError {
     /// It is not UTF-8.
     #[error("is not text; name the map's .yaml, not its image")]
     NotText,
-    /// It is no YAML.
-    #[error("is no YAML ({}); correct it", one_line(.0.to_string()))]
-    Syntax(ScanError),
-    /// It is no list of keys with values.
-    #[error("is no map description; write `key: value` lines, starting with `image:`")]
+    /// It is not YAML, or a value is of another kind; with the parser's message.
+    #[error("is not a map description ({0}); correct it")]
+    Syntax(String),
+    /// It has no keys.
+    #[error("is not a map description; write `key: value` lines, starting with `image:`")]
     NotKeys,
     /// A key is missing.
     #[error("`{0}` is missing; add it")]
@@ -76,12 +75,9 @@ pub enum YamlError {
 /// What is wrong with a map's image.
 #[derive(Debug, thiserror::Error)]
 pub enum PixelError {
-    /// It is neither PGM nor PNG.
-    #[error("is neither PGM (P5, P2) nor PNG; convert the image")]
+    /// It is not a PGM, PNG or BMP.
+    #[error("is not PGM (P5, P2), PNG or BMP; convert the image")]
     UnknownFormat,
-    /// Its header is damaged.
-    #[error("its PGM header is damaged; it must be P5 or P2, width, height and 255")]
-    Header,
     /// It has no pixels.
     #[error("has no pixels; save the map again")]
     Empty,
@@ -96,7 +92,7 @@ pub enum PixelError {
     /// Its samples are wider than a byte.
     #[error("has the largest value {0} where 255 is supported; convert it to 8 bits")]
     Depth(u32),
-    /// It announces another size than it has.
+    /// The header's size differs from the data's.
     #[error("announces {width} x {height} pixels but does not hold them; copy the file anew")]
     Size {
         /// Pixels a row.
@@ -104,13 +100,7 @@ pub enum PixelError {
         /// Rows.
         height: u32,
     },
-    /// A sample is no number or larger than the largest that the header allows.
-    #[error("has a pixel that is no number or above the header's largest; save the map again")]
-    Sample,
-    /// It is interlaced.
-    #[error("is an interlaced PNG; save it without interlacing")]
-    Interlaced,
-    /// The PNG decoder gave up.
-    #[error("is a damaged PNG ({}); save the map again", one_line(.0.to_string()))]
-    Png(#[from] png::DecodingError),
+    /// The decoder failed.
+    #[error("is damaged ({}); save the map again", one_line(.0.to_string()))]
+    Decode(#[from] ImageError),
 }

@@ -1,9 +1,11 @@
 //! Writing a map for ROS.
 
-use crate::export::{CellState, ExportError, MapImage, OutDir};
+use crate::export::files::{ExportError, OutDir};
+use crate::export::map_image::{CellState, MapImage};
 use std::path::PathBuf;
 
-use super::UNKNOWN_PIXEL;
+/// The pixel of trinary maps that means *unknown*.
+pub(super) const UNKNOWN_PIXEL: u8 = 205;
 
 /// The two files of a map.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -14,15 +16,14 @@ pub struct RosMapFiles {
     pub yaml: PathBuf,
 }
 
-/// Writes `map` as `NAME.pgm` and `NAME.yaml`, in that order: no description without its image.
+/// Writes `map` as `NAME.pgm` and then `NAME.yaml`, so that a description always has its image.
 ///
-/// Free is 254, unknown 205, occupied 0, the thresholds are 0.65 and 0.196: every loader, whether
-/// it takes its thresholds inclusively or not, sees the states of [`CellState::of`]. A larger
-/// `free_thresh`, such as the common 0.25, would turn unknown into free. The image's top row is the
-/// highest y.
+/// Free is 254, unknown 205, occupied 0, the thresholds are 0.65 and 0.196: every loader reads the
+/// states of [`CellState::of`], whether its thresholds are inclusive or not. A larger `free_thresh`,
+/// such as the common 0.25, would turn unknown into free. The image's top row is the highest y.
 ///
 /// # Errors
-/// If `name` is no plain file name or a file cannot be written.
+/// If `name` is not a plain file name or a file cannot be written.
 ///
 /// # Examples
 /// ```
@@ -72,8 +73,8 @@ pub fn write_ros_map(
     Ok(RosMapFiles { pgm, yaml })
 }
 
-/// `name` as a YAML scalar: in quotes if it has more than letters, digits, `_`, `-` and `.`, or
-/// could be taken for something else.
+/// `name` as a YAML scalar: in quotes if it has more than letters, digits, `_`, `-` and `.`, or does
+/// not begin with a letter or digit.
 fn quoted(name: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
     if name.chars().all(plain) && name.starts_with(|c: char| c.is_ascii_alphanumeric()) {
@@ -82,7 +83,7 @@ fn quoted(name: &str) -> String {
         let escaped: Vec<String> = name.chars().map(escaped).collect();
         format!("\"{}\"", escaped.concat())
     } else {
-        // Within single quotes only they themselves mean something.
+        // Within single quotes only the single quote is special.
         format!("'{}'", name.replace('\'', "''"))
     }
 }

@@ -1,6 +1,5 @@
-//! A directory in which files appear whole or not at all.
+//! Output files, which appear whole or not at all, and file names in messages.
 
-use super::shown;
 use std::fs;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -8,9 +7,9 @@ use tempfile::NamedTempFile;
 
 /// A directory for results.
 ///
-/// Possession proves that it exists and could be written to when it was made. Every file is written
-/// beside its place under a passing name and renamed when complete: a reader sees the old file or
-/// the new one, and a failure leaves what was there.
+/// Possession proves that it exists and was writable when it was created. Every file is written under
+/// a temporary name in the same directory and renamed when it is complete: a reader sees the old file
+/// or the new one, and a failure leaves the old one.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct OutDir {
     path: PathBuf,
@@ -19,49 +18,49 @@ pub struct OutDir {
 /// Why a result cannot be written; each reads as one line that says what to do.
 #[derive(Debug, thiserror::Error)]
 pub enum ExportError {
-    /// The directory cannot be made.
+    /// The directory cannot be created.
     #[error(
-        "{}: cannot be made a directory ({source}); name another with --out",
-        shown(.path)
+        "{}: cannot be created as a directory ({source}); name another with --out",
+        display_path(.path)
     )]
     Create {
         /// The directory.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: io::Error,
     },
     /// The directory cannot be written to.
     #[error(
         "{}: cannot be written to ({source}); change its permissions or name another with --out",
-        shown(.path)
+        display_path(.path)
     )]
     NotWritable {
         /// The directory.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: io::Error,
     },
-    /// The file's name is no plain name.
-    #[error("{}: is no plain file name; leave out directories", shown(.name))]
+    /// The file's name is not a plain name.
+    #[error("{}: is not a plain file name; leave out directories", display_path(.name))]
     Name {
         /// The name.
         name: PathBuf,
     },
-    /// Writing failed; nothing was left behind.
-    #[error("{}: cannot be written ({source}); free space or name another --out", shown(.path))]
+    /// Writing failed; no partial file is left.
+    #[error("{}: cannot be written ({source}); free space or name another --out", display_path(.path))]
     Write {
         /// The file.
         path: PathBuf,
-        /// What the system, or the writer of the content, said.
+        /// The error of the system, or of the writer of the content.
         source: io::Error,
     },
 }
 
 impl OutDir {
-    /// Makes the directory at `path`, with its parents, unless it is there.
+    /// Creates the directory at `path`, with its parents, unless it exists.
     ///
     /// # Errors
-    /// If it cannot be made or cannot be written to.
+    /// If it cannot be created or cannot be written to.
     pub fn create(path: impl Into<PathBuf>) -> Result<Self, ExportError> {
         let path = path.into();
         if let Err(source) = fs::create_dir_all(&path) {
@@ -73,16 +72,16 @@ impl OutDir {
         }
     }
 
-    /// Returns where it is.
+    /// Returns the directory's path.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Writes the file `name` with what `content` writes, and returns its path.
+    /// Writes the file `name` with the bytes that `content` writes, and returns its path.
     ///
     /// # Errors
-    /// If `name` is no plain file name, `content` fails, or the file cannot be put in place.
+    /// If `name` is not a plain file name, `content` fails, or the file cannot be put in place.
     ///
     /// # Examples
     /// ```
@@ -122,17 +121,32 @@ impl OutDir {
         path: &Path,
         content: impl FnOnce(&mut dyn Write) -> io::Result<()>,
     ) -> io::Result<()> {
-        let mut passing = tempfile::Builder::new();
-        passing.prefix(".certainty-").suffix(".tmp");
-        // A passing file is its owner's alone by default; the user's mask shall decide instead.
+        let mut temporary = tempfile::Builder::new();
+        temporary.prefix(".certainty-").suffix(".tmp");
+        // A temporary file is private by default; a result has the permissions of any new file.
         #[cfg(unix)]
-        passing.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-        let mut file = BufWriter::new(passing.tempfile_in(&self.path)?);
+        temporary.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+        let mut file = BufWriter::new(temporary.tempfile_in(&self.path)?);
         content(&mut file)?;
         let file = file.into_inner().map_err(io::IntoInnerError::into_error)?;
         file.as_file().sync_all()?;
         file.persist(path).map_err(|error| error.error)?;
         Ok(())
+    }
+}
+
+/// Returns `path` as text of one line; control characters are escaped.
+#[must_use]
+pub fn display_path(path: &Path) -> String {
+    one_line(path.display().to_string())
+}
+
+/// `text` as one line: escaped if it has control characters.
+pub(super) fn one_line(text: String) -> String {
+    if text.contains(char::is_control) {
+        text.escape_debug().to_string()
+    } else {
+        text
     }
 }
 
@@ -152,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn a_failed_write_leaves_the_old_file_and_nothing_else() {
+    fn failed_write_leaves_only_the_old_file() {
         let folder = tempfile::tempdir().unwrap();
         let out = OutDir::create(folder.path()).unwrap();
         assert!(names(out.path()).is_empty());
@@ -160,11 +174,11 @@ mod tests {
         let error = out
             .write("map.pgm", |file| {
                 file.write_all(b"half of the new")?;
-                Err(io::Error::other("the pen broke"))
+                Err(io::Error::other("writer failed"))
             })
             .unwrap_err();
         let expected = format!(
-            "{}: cannot be written (the pen broke); free space or name another --out",
+            "{}: cannot be written (writer failed); free space or name another --out",
             path.display()
         );
         assert_eq!(error.to_string(), expected);
@@ -176,7 +190,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn a_result_has_the_permissions_of_any_new_file() {
+    fn result_has_permissions_of_any_new_file() {
         use std::os::unix::fs::PermissionsExt;
         let folder = tempfile::tempdir().unwrap();
         let out = OutDir::create(folder.path()).unwrap();
@@ -188,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_in_the_way_is_named() {
+    fn file_in_place_of_directory_is_named() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("taken");
         fs::write(&file, b"").unwrap();
@@ -201,7 +215,7 @@ mod tests {
 
     #[cfg(target_os = "linux")]
     #[test]
-    fn a_directory_that_takes_no_files_is_noticed_before_any_work() {
+    fn unwritable_directory_is_refused_at_once() {
         // Not even its owner can make files there.
         let error = OutDir::create("/proc/self").unwrap_err();
         assert!(matches!(error, ExportError::NotWritable { .. }), "{error}");
@@ -213,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn a_name_cannot_leave_the_directory() {
+    fn name_cannot_leave_the_directory() {
         let folder = tempfile::tempdir().unwrap();
         let out = OutDir::create(folder.path().join("out")).unwrap();
         for name in ["", ".", "..", "../x", "a/b", "/tmp/x", "a/"] {
@@ -221,5 +235,11 @@ mod tests {
             assert!(matches!(error, ExportError::Name { .. }), "{name:?}");
         }
         assert_eq!(names(folder.path()), ["out"]);
+    }
+
+    #[test]
+    fn path_with_line_break_stays_on_one_line() {
+        assert_eq!(display_path(Path::new("a\nb\u{1b}[1m")), "a\\nb\\u{1b}[1m");
+        assert_eq!(display_path(Path::new("logs/früh.csv")), "logs/früh.csv");
     }
 }

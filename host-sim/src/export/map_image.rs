@@ -1,12 +1,13 @@
-//! A map as everything here takes it.
+//! The map that is exported, and the three states of its cells.
 
 use certainty_core::certainty::Certainty;
 use certainty_core::units::Point;
+use serde::Serialize;
 
-/// A map's certainties, with the frame that says where they are; row 0 has the lowest y.
+/// A map's certainties with their cell size and origin; row 0 has the lowest y.
 ///
-/// Possession proves that there are exactly width × height cells, at least one, and that a cell has
-/// a size.
+/// Possession proves that there are exactly width × height cells and at least one, and that the cell
+/// size is above 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MapImage<'a> {
     width: u32,
@@ -16,10 +17,10 @@ pub struct MapImage<'a> {
     origin: Point,
 }
 
-/// Why cells and sizes are no map.
+/// Why cells and sizes do not make a map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum ImageError {
-    /// A side or the cell has no size.
+    /// A side or the cell size is 0.
     #[error("a map of {width} x {height} cells of {cell_mm} mm has no area")]
     Empty {
         /// Cells along x.
@@ -42,11 +43,11 @@ pub enum ImageError {
 }
 
 impl<'a> MapImage<'a> {
-    /// Creates the map of `width` × `height` cells, each `cell_mm` wide, the corner of the lowest
-    /// and leftmost at `origin`.
+    /// Creates the map of `width` × `height` cells, each `cell_mm` wide, with the lower left corner
+    /// at `origin`.
     ///
     /// # Errors
-    /// If a size is 0 or `cells` are not as many as the sizes say.
+    /// If a size is 0 or the number of `cells` is not width × height.
     ///
     /// # Examples
     /// ```
@@ -128,5 +129,80 @@ impl<'a> MapImage<'a> {
         let width = self.width as usize;
         let start = y as usize * width;
         &self.cells[start..start + width]
+    }
+}
+
+/// A cell as free, unknown or occupied.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum CellState {
+    /// No obstacle.
+    Free,
+    /// Neither free nor occupied.
+    Unknown,
+    /// An obstacle.
+    Occupied,
+}
+
+impl CellState {
+    /// From this probability up, in thousandths, a cell is occupied.
+    pub const OCCUPIED_FROM: u32 = 650;
+    /// Up to this probability, in thousandths, a cell is free.
+    ///
+    /// It is below 0.19608, the probability of the pixel 205, which means *unknown* in ROS maps.
+    pub const FREE_UP_TO: u32 = 196;
+
+    /// Classifies a certainty; the probability is its byte in steps of 1/256.
+    ///
+    /// A byte of 167 (0.652) or more is occupied, one of 50 (0.195) or less is free.
+    ///
+    /// ```
+    /// use certainty_core::certainty::Certainty;
+    /// use certainty_sim::export::CellState;
+    ///
+    /// assert_eq!(CellState::of(Certainty::UNCERTAIN), CellState::Unknown);
+    /// assert_eq!(CellState::of(Certainty::from_bits(167)), CellState::Occupied);
+    /// assert_eq!(CellState::of(Certainty::from_bits(50)), CellState::Free);
+    /// ```
+    #[must_use]
+    pub const fn of(certainty: Certainty) -> Self {
+        let thousand_256ths = certainty.to_bits() as u32 * 1000;
+        if thousand_256ths >= Self::OCCUPIED_FROM * 256 {
+            Self::Occupied
+        } else if thousand_256ths <= Self::FREE_UP_TO * 256 {
+            Self::Free
+        } else {
+            Self::Unknown
+        }
+    }
+
+    /// Whether the cell is free or occupied.
+    #[must_use]
+    pub const fn is_known(self) -> bool {
+        !matches!(self, Self::Unknown)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_byte_has_the_state_of_its_probability() {
+        for bits in 0..=u8::MAX {
+            let probability = f64::from(bits) / 256.0;
+            let expected = if probability >= 0.65 {
+                CellState::Occupied
+            } else if probability <= 0.196 {
+                CellState::Free
+            } else {
+                CellState::Unknown
+            };
+            assert_eq!(
+                CellState::of(Certainty::from_bits(bits)),
+                expected,
+                "{bits}"
+            );
+        }
     }
 }
