@@ -1,67 +1,67 @@
-//! What the Smart Car's application is wired to: a board as a list of types.
+//! The interface between the application and a board: a list of types and two traits.
 
-use crate::stopwatch::Stopwatch;
 use crate::telemetry::Outbox;
+use crate::timing::Stopwatch;
 use certainty_core::units::Ticks;
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_hal::pwm::SetDutyCycle;
 
-/// A board that carries the Smart Car's sensors and motors: one type for each kind of connection.
+/// A board with the Smart Car's sensors and motors: one type for each kind of connection.
 ///
-/// The application is written against these alone; a microcontroller's pins, a simulator's and those
-/// at the far end of a serial line all fit.
+/// The application uses these types only, so it runs on a microcontroller's pins, on a simulator's and on
+/// pins at the far end of a serial line.
 pub trait Board {
     /// The line that starts a GP2D02 and clocks its bits; open drain.
     type Vin: OutputPin;
-    /// The line that a GP2D02 answers on; pulled down, so that an unplugged one reads low.
+    /// The output of a GP2D02; pulled down, so that an unplugged sensor reads low.
     type Vout: InputPin;
     /// A servo's pulses, every 20 ms.
     type Pwm: SetDutyCycle;
     /// The line that triggers a pulse-echo ranger.
     type Trigger: OutputPin;
-    /// The line on which its echo's pulse comes back.
+    /// The line on which the ranger returns its echo pulse.
     type Echo: InputPin;
-    /// A drive motor's pulses, every 20 ms; a new width counts from the next period on.
+    /// A drive motor's pulses, every 20 ms; a new width takes effect in the next period.
     type Motor: SetDutyCycle;
     /// Short waits within a slot.
     type Delay: DelayNs;
-    /// What the width of an echo is measured with.
+    /// Measures the width of an echo pulse.
     type Stopwatch: Stopwatch;
-    /// Where reports go.
+    /// Takes the telemetry frames.
     type Outbox: Outbox;
 }
 
 /// A pivoted infrared sensor's connections.
 #[expect(
     missing_debug_implementations,
-    reason = "a board's pins need not be printable"
+    reason = "a board's pins need not implement Debug"
 )]
 pub struct HeadWires<B: Board> {
-    /// Starts it and clocks its bits.
+    /// Starts the sensor and clocks its bits.
     pub vin: B::Vin,
-    /// What it answers.
+    /// The sensor's output.
     pub vout: B::Vout,
-    /// Turns it.
+    /// Turns the servo.
     pub pwm: B::Pwm,
 }
 
 /// A fixed ultrasonic ranger's connections.
 #[expect(
     missing_debug_implementations,
-    reason = "a board's pins need not be printable"
+    reason = "a board's pins need not implement Debug"
 )]
 pub struct RangerWires<B: Board> {
-    /// Triggers it.
+    /// Triggers the ranger.
     pub trigger: B::Trigger,
-    /// What it answers.
+    /// The ranger's output.
     pub echo: B::Echo,
 }
 
 /// The drive motors' connections.
 #[expect(
     missing_debug_implementations,
-    reason = "a board's pins need not be printable"
+    reason = "a board's pins need not implement Debug"
 )]
 pub struct MotorWires<B: Board> {
     /// Turns the right wheel.
@@ -70,49 +70,52 @@ pub struct MotorWires<B: Board> {
     pub left: B::Motor,
 }
 
-/// Who started the application: whether anybody knows where the car is.
+/// What started the application.
+///
+/// After a manual reset a person has put the car at its start pose. After an automatic one the pose is
+/// unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Start {
-    /// Somebody, by the supply or the reset pin.
-    ByHand,
-    /// Nobody: the watchdog, or the program itself.
-    ByItself,
+pub enum ResetCause {
+    /// The supply was switched on, or the reset pin was used.
+    Manual,
+    /// The watchdog, the program or a low-power mode reset the microcontroller.
+    Automatic,
 }
 
-/// Everything that the application needs of a board.
+/// Everything that the application needs from a board.
 #[expect(
     missing_debug_implementations,
-    reason = "a board's pins need not be printable"
+    reason = "a board's pins need not implement Debug"
 )]
 pub struct Wiring<B: Board, const HEADS: usize, const RANGERS: usize> {
     /// The pivoted sensors, from right to left.
     pub heads: [HeadWires<B>; HEADS],
-    /// The fixed ones.
+    /// The fixed rangers, from right to left.
     pub rangers: [RangerWires<B>; RANGERS],
-    /// What the car drives with.
+    /// The drive motors.
     pub motors: MotorWires<B>,
     /// Short waits within a slot.
     pub delay: B::Delay,
-    /// What the width of an echo is measured with.
+    /// Measures the width of an echo pulse.
     pub stopwatch: B::Stopwatch,
-    /// Where reports go.
+    /// Takes the telemetry frames.
     pub outbox: B::Outbox,
-    /// Who started it.
-    pub start: Start,
+    /// What started the application.
+    pub reset_cause: ResetCause,
 }
 
-/// The schedule's clock, as the main loop sees it.
+/// The schedule's clock.
 pub trait Clock {
-    /// Returns the last tick that came.
+    /// Returns the last tick.
     fn now(&mut self) -> Ticks;
 
-    /// Sleeps until the next interrupt, the next tick at the latest.
+    /// Sleeps until the next interrupt, at most until the next tick.
     fn sleep(&mut self);
 }
 
-/// What resets the microcontroller unless it is fed in time.
+/// A timer that resets the microcontroller unless it is fed in time.
 pub trait Watchdog {
-    /// Starts its time anew.
+    /// Restarts the timer.
     fn feed(&mut self);
 }

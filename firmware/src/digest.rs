@@ -1,24 +1,23 @@
-//! A digest of bytes: whether two machines hold the same.
+//! A digest of bytes, to compare what two machines hold.
 
-/// FNV-1a, 32 bits: a byte costs an exclusive or and a multiplication.
+/// FNV-1a, 32 bits; a byte costs an exclusive or and a multiplication.
 ///
-/// Two contents that differ have the same digest in one of 2³² cases; it finds accidents and wards
-/// off nobody.
+/// Two different contents have the same digest with probability 2⁻³². It detects accidents, not attacks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Digest(u32);
 
 impl Digest {
-    /// The digest of nothing.
+    /// The digest of no bytes.
     pub const NEW: Self = Self(0x811C_9DC5);
 
-    /// Takes bytes in.
+    /// Adds bytes.
     pub fn bytes<'a>(&mut self, bytes: impl IntoIterator<Item = &'a u8>) {
         for &byte in bytes {
             self.0 = (self.0 ^ u32::from(byte)).wrapping_mul(0x0100_0193);
         }
     }
 
-    /// Takes a word in, the lowest byte first.
+    /// Adds a word, the lowest byte first.
     pub fn word(&mut self, word: u32) {
         self.bytes(&word.to_le_bytes());
     }
@@ -36,7 +35,7 @@ mod tests {
 
     /// The vectors of the algorithm's authors (Fowler, Noll, Vo).
     #[test]
-    fn the_authors_own_vectors_come_out() {
+    fn the_authors_test_vectors_hold() {
         for (text, expected) in [
             ("", 0x811C_9DC5),
             ("a", 0xE40C_292C),

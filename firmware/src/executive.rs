@@ -1,15 +1,16 @@
-//! The time-triggered executive: each slot of the round at its tick, or not at all.
+//! The time-triggered executive: each slot of the round starts at its tick or is skipped.
 //!
-//! The tick interrupt runs the [`Dispatcher`], which only hands over what is due; the main loop runs
-//! the [`Executive`], which does it and sleeps between. A slot that the main loop comes to too late is
-//! *skipped*, told to the application and counted: so an overrun never delays the slot after it.
+//! The tick interrupt runs the [`Dispatcher`], which puts due slots into a queue. The main loop runs the
+//! [`Executive`], which takes them from the queue, performs them and sleeps between. A slot that the main
+//! loop reaches after its tick is *skipped*: the application is notified, and the skip is counted. So an
+//! overrun never delays the next slot.
 
 use crate::board::{Clock, Watchdog};
 use crate::mailbox::Mailbox;
 use certainty_core::schedule::{Activity, Schedule};
 use certainty_core::units::Ticks;
 
-/// A slot whose time has come.
+/// A slot that is due.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Due {
@@ -21,12 +22,12 @@ pub struct Due {
     pub at: Ticks,
 }
 
-/// Where due slots wait for the main loop: room for three of them.
-pub type DueQueue = Mailbox<Due, 4>;
+/// The queue between [`Dispatcher`] and [`Executive`], for three slots.
+pub type DueQueue = Mailbox<Due, 3>;
 
-/// Turns ticks into due slots.
+/// Turns ticks into due slots; runs in the tick interrupt.
 ///
-/// Cost: one comparison a tick, one queue entry a slot; for the tick interrupt.
+/// Cost: one comparison a tick, one queue entry a slot.
 #[derive(Debug)]
 pub struct Dispatcher<const SLOTS: usize, const STATIONS: usize> {
     schedule: &'static Schedule<SLOTS, STATIONS>,
@@ -49,9 +50,9 @@ impl<const SLOTS: usize, const STATIONS: usize> Dispatcher<SLOTS, STATIONS> {
         }
     }
 
-    /// Takes one tick; puts the slot that begins with it, if any, into `queue`.
+    /// Counts one tick and puts the slot that begins with it, if any, into `queue`.
     ///
-    /// Where the queue is full the slot is lost, and the main loop notices by the gap.
+    /// If the queue is full the slot is dropped; the executive detects the gap and counts it as skipped.
     pub fn tick(&mut self, queue: &DueQueue) {
         self.now = Ticks::new(self.now.get().wrapping_add(1));
         let due = self.schedule.slots().get(usize::from(self.next));
@@ -61,8 +62,8 @@ impl<const SLOTS: usize, const STATIONS: usize> Dispatcher<SLOTS, STATIONS> {
                 slot: self.next,
                 at: self.now,
             };
-            // A full queue is an overrun of several slots, which the gap tells.
-            let _full = queue.put(due);
+            // If the queue is full, the executive detects the gap.
+            let _ = queue.put(due);
             self.next = self.next.wrapping_add(1);
         }
         self.in_round = self.in_round.wrapping_add(1);
@@ -79,7 +80,7 @@ impl<const SLOTS: usize, const STATIONS: usize> Dispatcher<SLOTS, STATIONS> {
         self.now
     }
 
-    /// Returns the tick at which the next slot begins: nothing is due before.
+    /// Returns the tick at which the next slot begins.
     #[must_use]
     pub fn next_due(&self) -> Ticks {
         let starts = |slot: u16| self.schedule.slots().get(usize::from(slot)).map(|s| s.at);
@@ -89,30 +90,30 @@ impl<const SLOTS: usize, const STATIONS: usize> Dispatcher<SLOTS, STATIONS> {
                 let rest = self.schedule.period().saturating_sub(self.in_round);
                 rest.saturating_add(first)
             }
-            (None, None) => 0, // a schedule has slots
+            (None, None) => 0, // unreachable: a schedule has slots
         };
-        // `in_round` is where the next tick will be.
+        // `in_round` is the place of the next tick in the round.
         let ticks = u32::from(left).wrapping_add(1);
         Ticks::new(self.now.get().wrapping_add(ticks))
     }
 }
 
-/// What the executive knows of its own working.
+/// Counts of completed rounds and skipped slots.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Timeliness {
-    /// Rounds that ended.
+    /// Completed rounds; saturates.
     pub rounds: u32,
-    /// Slots that were skipped because the main loop came too late.
+    /// Skipped slots; saturates.
     pub overruns: u32,
 }
 
-/// What is done in the slots.
+/// What the slots do.
 pub trait Application {
-    /// Does what a slot is for, within the slot.
+    /// Performs a slot's activity; must return before the slot ends.
     fn perform(&mut self, activity: Activity, due: Due, timeliness: Timeliness);
 
-    /// Is told that a slot was skipped.
+    /// Notes that a slot was skipped.
     fn skip(&mut self, activity: Activity, due: Due);
 }
 
@@ -122,7 +123,7 @@ pub struct Executive<C, W, const SLOTS: usize, const STATIONS: usize> {
     schedule: &'static Schedule<SLOTS, STATIONS>,
     clock: C,
     watchdog: W,
-    /// The slot after the last one that was done or skipped.
+    /// Round and number of the next slot to perform.
     next: (u32, u16),
     timeliness: Timeliness,
 }
@@ -130,7 +131,7 @@ pub struct Executive<C, W, const SLOTS: usize, const STATIONS: usize> {
 impl<C: Clock, W: Watchdog, const SLOTS: usize, const STATIONS: usize>
     Executive<C, W, SLOTS, STATIONS>
 {
-    /// Creates the main loop of a dispatcher of the same schedule.
+    /// Creates the executive; its dispatcher must have the same schedule.
     pub const fn new(schedule: &'static Schedule<SLOTS, STATIONS>, clock: C, watchdog: W) -> Self {
         Self {
             schedule,
@@ -144,15 +145,14 @@ impl<C: Clock, W: Watchdog, const SLOTS: usize, const STATIONS: usize>
         }
     }
 
-    /// Returns how it went so far.
+    /// Returns the counts since the start.
     pub const fn timeliness(&self) -> Timeliness {
         self.timeliness
     }
 
-    /// Does what is due, or sleeps until something may be.
+    /// Performs or skips the next due slot; sleeps if none is due.
     ///
-    /// The watchdog is fed where a round ends: by then the interrupt has handed over, and the main
-    /// loop has come round to, every slot.
+    /// The watchdog is fed at the end of each round, after every slot of it was performed or skipped.
     pub fn step(&mut self, queue: &DueQueue, application: &mut impl Application) {
         let Some(due) = queue.take() else {
             self.clock.sleep();
@@ -160,7 +160,7 @@ impl<C: Clock, W: Watchdog, const SLOTS: usize, const STATIONS: usize>
         };
         self.skip_until(due, application);
         let Some(slot) = self.schedule.slots().get(usize::from(due.slot)) else {
-            return; // another schedule's queue: nothing here is due
+            return; // the queue of another schedule
         };
         if self.clock.now() == due.at {
             application.perform(slot.activity, due, self.timeliness);
@@ -170,21 +170,23 @@ impl<C: Clock, W: Watchdog, const SLOTS: usize, const STATIONS: usize>
         self.advance(due.round, due.slot);
     }
 
-    /// Skips the slots for which there was no room in the queue.
+    /// Skips the slots that were dropped because the queue was full.
     ///
-    /// All are counted; the application is told of the last round's worth, which is all whose readings
-    /// it could still miss.
+    /// All are counted. The application is notified of at most one round of them, the latest, because older
+    /// readings are out of date anyway.
     fn skip_until(&mut self, due: Due, application: &mut impl Application) {
         let (round, slot) = self.next;
         let rounds = due.round.wrapping_sub(round);
         if rounds > 1 || (rounds == 1 && due.slot > slot) {
-            // The same slot of the round before is as far back as matters.
+            // Start at the same slot of the previous round.
             let ended = rounds.wrapping_sub(1);
-            // Forwards, so that the sum is not below zero; beyond 2^32 slots nobody counts.
+            // Add before subtracting, so that the result is not below zero; modulo 2^32.
             let missed = ended
                 .wrapping_mul(u32::try_from(SLOTS).unwrap_or(u32::MAX))
                 .wrapping_add(due.slot.into())
                 .wrapping_sub(slot.into());
+            #[cfg(feature = "defmt")]
+            defmt::warn!("round {}: {} slots skipped before", due.round, missed);
             self.timeliness.overruns = self.timeliness.overruns.saturating_add(missed);
             self.timeliness.rounds = self.timeliness.rounds.saturating_add(ended);
             self.next = (due.round.wrapping_sub(1), due.slot);
@@ -204,11 +206,18 @@ impl<C: Clock, W: Watchdog, const SLOTS: usize, const STATIONS: usize>
     }
 
     fn skip(&mut self, activity: Activity, due: Due, application: &mut impl Application) {
+        #[cfg(feature = "defmt")]
+        defmt::warn!(
+            "round {}: slot {} skipped: {}",
+            due.round,
+            due.slot,
+            activity
+        );
         self.timeliness.overruns = self.timeliness.overruns.saturating_add(1);
         application.skip(activity, due);
     }
 
-    /// Goes on to the slot after this one; feeds the watchdog after the last.
+    /// Moves on to the slot after this one; feeds the watchdog after the last.
     fn advance(&mut self, round: u32, slot: u16) {
         let slot = slot.wrapping_add(1);
         if usize::from(slot) < SLOTS {
@@ -254,9 +263,9 @@ mod tests {
         }
     }
 
-    struct Ticks1<'m, 'q>(&'m RefCell<Machine<'q>>);
+    struct MachineClock<'m, 'q>(&'m RefCell<Machine<'q>>);
 
-    impl Clock for Ticks1<'_, '_> {
+    impl Clock for MachineClock<'_, '_> {
         fn now(&mut self) -> Ticks {
             self.0.borrow().dispatcher.now()
         }
@@ -266,7 +275,7 @@ mod tests {
         }
     }
 
-    impl Watchdog for Ticks1<'_, '_> {
+    impl Watchdog for MachineClock<'_, '_> {
         fn feed(&mut self) {
             let mut machine = self.0.borrow_mut();
             let now = machine.dispatcher.now().get();
@@ -274,7 +283,7 @@ mod tests {
         }
     }
 
-    /// Takes as long for each slot as the list says, then no time.
+    /// Spends the listed times in its slots, then no time.
     struct Worker<'m, 'q> {
         machine: &'m RefCell<Machine<'q>>,
         takes_ms: Vec<u32>,
@@ -315,7 +324,8 @@ mod tests {
             done: Vec::new(),
             skipped: Vec::new(),
         };
-        let mut executive = Executive::new(&SCHEDULE, Ticks1(&machine), Ticks1(&machine));
+        let mut executive =
+            Executive::new(&SCHEDULE, MachineClock(&machine), MachineClock(&machine));
         machine.borrow_mut().pass(1);
         while machine.borrow().dispatcher.now().get() < until {
             executive.step(&queue, &mut worker);
@@ -332,7 +342,7 @@ mod tests {
     }
 
     #[test]
-    fn every_slot_begins_at_its_tick_in_every_round() {
+    fn every_slot_begins_at_its_tick() {
         let outcome = run(&[2, 3, 2, 2, 3, 2], 21);
         let expected = [
             (0, 0, 0),
@@ -345,11 +355,7 @@ mod tests {
         ];
         assert_eq!(outcome.done, expected);
         assert_eq!(outcome.skipped, Vec::<(u32, u16)>::new());
-        assert_eq!(
-            outcome.fed_at,
-            [9, 19],
-            "when the last slot of a round is done"
-        );
+        assert_eq!(outcome.fed_at, [9, 19], "after the last slot of a round");
         assert_eq!(
             outcome.timeliness,
             Timeliness {
@@ -360,8 +366,8 @@ mod tests {
     }
 
     #[test]
-    fn an_overrun_skips_the_slot_that_it_ate_and_leaves_the_next_on_time() {
-        // Slot 0 takes 5 ms: slot 1, due at 3, is not begun late.
+    fn an_overrun_skips_one_slot_and_the_next_is_on_time() {
+        // Slot 0 takes 5 ms: slot 1, due at 3, is skipped, not performed late.
         let outcome = run(&[5], 11);
         assert_eq!(outcome.done, [(0, 0, 0), (0, 2, 7), (1, 0, 10)]);
         assert_eq!(outcome.skipped, [(0, 1)]);
@@ -375,27 +381,27 @@ mod tests {
     }
 
     #[test]
-    fn what_a_full_queue_lost_is_skipped_and_counted_too() {
-        // 35 ms: due meanwhile are three slots a round, at 3, 7, 10, 13, … 33; the queue holds three.
+    fn slots_dropped_by_a_full_queue_are_counted() {
+        // In 35 ms three slots a round become due, at 3, 7, 10, 13, … 33; the queue holds three.
         let outcome = run(&[35], 38);
         assert_eq!(outcome.done, [(0, 0, 0), (3, 2, 37)]);
-        // The three that waited, then the last round of those that were lost; (1, 1) to (2, 1) are
-        // counted only.
-        let told = [(0, 1), (0, 2), (1, 0), (2, 2), (3, 0), (3, 1)];
-        assert_eq!(outcome.skipped, told);
+        // The three in the queue, then the last round of the dropped ones; (1, 1) to (2, 1) are only
+        // counted.
+        let notified = [(0, 1), (0, 2), (1, 0), (2, 2), (3, 0), (3, 1)];
+        assert_eq!(outcome.skipped, notified);
         assert_eq!(outcome.timeliness.overruns, 10);
-        // Rounds 0 to 2 went by, and round 3 ends with its slot 2.
+        // Rounds 0 to 2 are over, and round 3 ends with its slot 2.
         assert_eq!(outcome.timeliness.rounds, 4);
     }
 
     #[test]
-    fn a_main_loop_that_hangs_feeds_no_watchdog() {
+    fn a_hanging_main_loop_does_not_feed_the_watchdog() {
         let outcome = run(&[1000], 1000);
         assert_eq!(outcome.fed_at, Vec::<u32>::new());
     }
 
     #[test]
-    fn nothing_is_due_before_the_next_due_tick() {
+    fn no_slot_is_due_before_next_due() {
         let queue = DueQueue::new();
         let mut dispatcher = Dispatcher::new(&SCHEDULE);
         let mut next = dispatcher.next_due();

@@ -1,4 +1,4 @@
-//! The check of a sonar ring on whatever readings there are.
+//! The diagnosis of a sonar ring on arbitrary readings.
 //!
 //! The first byte chooses where the scan ends and the echoes begin; four bytes are a beam, two an echo.
 #![no_main]
@@ -17,8 +17,8 @@ fuzz_target!(|data: &[u8]| {
         return;
     };
     let (beams, echoes) = data.split_at(data.len() * usize::from(share) / 256);
-    let assessment = assessed(beams, echoes);
-    assert_eq!(assessment, assessed(beams, echoes));
+    let assessment = assess(beams, echoes);
+    assert_eq!(assessment, assess(beams, echoes));
     let simulated = assessment.simulation_based();
     assert!(simulated.iter().all(|&paths| paths <= PATHS_OF_A_SENSOR));
     let meeting = assessment.intersection_based();
@@ -28,7 +28,7 @@ fuzz_target!(|data: &[u8]| {
     }
 });
 
-fn assessed(beams: &[u8], echoes: &[u8]) -> Assessment<24> {
+fn assess(beams: &[u8], echoes: &[u8]) -> Assessment<24> {
     let scanner = Scanner::try_new(Pose::default(), Millimeters::new(8000)).unwrap();
     let mut scan = Scan::<722>::new();
     for beam in beams.chunks_exact(4) {
@@ -40,17 +40,17 @@ fn assessed(beams: &[u8], echoes: &[u8]) -> Assessment<24> {
     let polygon = Polygon::<64>::of(&scan, &PolygonRules::DEFAULT);
     let polygon = polygon.unwrap_or(Polygon::empty());
     let ring = Ring::<24>::try_new(RingConfig::DEFAULT).unwrap();
-    let mut heard = Echoes::unknown();
+    let mut received = Echoes::unknown();
     for (place, echo) in echoes.chunks_exact(2).enumerate() {
         let from = place / 7 % 24;
         let to = (from + place % 7 + 21) % 24;
         let ends = [from, to].map(|slot| SensorId::from_slot(slot).unwrap());
-        heard.set(ends[0], ends[1], reading([echo[0], echo[1]])).unwrap();
+        received.set(ends[0], ends[1], reading([echo[0], echo[1]])).unwrap();
     }
     let rules = RingRules::DEFAULT;
     let expected = Distances::simulated(&ring, &polygon);
-    let heard = Distances::fold(&ring, &heard, &rules);
-    Monitor::new(rules).assess(&ring, Some(&expected), &heard)
+    let folded = Distances::fold(&ring, &received, &rules);
+    Monitor::new(rules).assess(&ring, Some(&expected), &folded)
 }
 
 fn reading(bytes: [u8; 2]) -> Reading {

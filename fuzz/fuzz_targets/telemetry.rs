@@ -1,7 +1,7 @@
-//! The telemetry decoder on whatever bytes there are.
+//! The telemetry decoder on arbitrary bytes.
 //!
-//! The first byte chooses what the others are: a line's bytes, the content of well-made frames, or
-//! what happens to a real stream.
+//! The first byte chooses what the others are: bytes on the line, the content of valid frames, or damage to a
+//! real stream.
 #![no_main]
 
 use certainty_core::certainty::Certainty;
@@ -17,19 +17,19 @@ use std::sync::LazyLock;
 
 fuzz_target!(|data: &[u8]| {
     match data.split_first() {
-        Some((0, line)) => _ = heard(line),
+        Some((0, line)) => _ = received(line),
         Some((1, contents)) => {
             for content in contents.split(|&byte| byte == 0xFE) {
-                what_is_accepted_is_sent_alike(content);
+                decoded_reports_round_trip(content);
             }
         }
-        Some((_, accidents)) => no_wrong_map_is_complete(accidents),
+        Some((_, damage)) => damaged_streams_show_no_wrong_map(damage),
         None => {}
     }
 });
 
-/// The reports in `line`, and the maps that were shown as complete; every piece is told once.
-fn heard(line: &[u8]) -> (Vec<Frame>, Vec<Vec<u8>>) {
+/// Returns the reports in `line` and the maps that were complete; checks that every piece is counted once.
+fn received(line: &[u8]) -> (Vec<Frame>, Vec<Vec<u8>>) {
     let mut decoder = Decoder::new();
     let mut view = MapView::new([0; CELLS], [0; CELLS]);
     let (mut frames, mut complete) = (Vec::new(), Vec::new());
@@ -47,17 +47,17 @@ fn heard(line: &[u8]) -> (Vec<Frame>, Vec<Vec<u8>>) {
     }
     decoder.finish();
     let tally = decoder.tally();
-    let told = tally.frames + tally.checksum + tally.too_long + tally.undecodable;
-    let told = told + tally.other_version + tally.truncated;
+    let counted = tally.frames + tally.checksum + tally.too_long + tally.undecodable;
+    let counted = counted + tally.other_version + tally.truncated;
     let pieces = line
         .split(|&byte| byte == 0)
         .filter(|piece| !piece.is_empty());
-    assert_eq!(told, pieces.count() as u64);
+    assert_eq!(counted, pieces.count() as u64);
     (frames, complete)
 }
 
-/// A well-made frame of any content is told, and a report in it is the report that is sent.
-fn what_is_accepted_is_sent_alike(content: &[u8]) {
+/// Decodes a valid frame of any content; a report in it must round-trip.
+fn decoded_reports_round_trip(content: &[u8]) {
     const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
     if content.len() > FRAME - 7 {
         return;
@@ -66,21 +66,21 @@ fn what_is_accepted_is_sent_alike(content: &[u8]) {
     let content = [&content[..], &CRC.checksum(&content).to_le_bytes()].concat();
     let mut frame = vec![0; cobs::max_encoding_length(content.len()) + 1];
     cobs::encode(&content, &mut frame);
-    for frame in heard(&frame).0 {
+    for frame in received(&frame).0 {
         let mut bytes = [0; FRAME];
         let again = Encoder::new().encode(&frame.report, &mut bytes).unwrap();
-        assert_eq!(heard(again).0[0].report, frame.report);
+        assert_eq!(received(again).0[0].report, frame.report);
     }
 }
 
-/// A stream, its frames lost, repeated and moved in pieces: a map that is shown as complete was one.
+/// Removes, repeats and moves pieces of a stream: each map that is complete must be one of the sender's.
 ///
-/// Four bytes an accident: what, where, how much. None of them can make up a checksum.
-fn no_wrong_map_is_complete(accidents: &[u8]) {
+/// Four bytes a damage: kind, place, length.
+fn damaged_streams_show_no_wrong_map(damage: &[u8]) {
     let (stream, maps) = &*SENT;
     let mut bytes = stream.clone();
-    for accident in accidents.chunks_exact(4).take(40) {
-        let &[what, low, high, count] = accident else {
+    for part in damage.chunks_exact(4).take(40) {
+        let &[what, low, high, count] = part else {
             return;
         };
         let place = usize::from(u16::from_le_bytes([low, high])) % (bytes.len() + 1);
@@ -95,12 +95,12 @@ fn no_wrong_map_is_complete(accidents: &[u8]) {
             }
         }
     }
-    for map in heard(&bytes).1 {
-        assert!(maps.contains(&map), "a wrong map is shown as right");
+    for map in received(&bytes).1 {
+        assert!(maps.contains(&map), "a wrong map is shown as complete");
     }
 }
 
-/// What a board sends in some rounds, and its maps.
+/// The bytes that a board sends in some rounds, and its maps.
 static SENT: LazyLock<(Vec<u8>, Vec<Vec<u8>>)> = LazyLock::new(|| {
     struct Line(Vec<u8>);
 

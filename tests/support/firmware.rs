@@ -3,39 +3,63 @@
 use crate::process::{Ran, executable, run};
 use crate::{skipped, workspace};
 use core::time::Duration;
+use std::fs::{self, File};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{self, Command, Stdio};
 use std::sync::OnceLock;
+use std::{env, io};
 
 /// The microcontroller's target.
 const TARGET: &str = "thumbv7m-none-eabi";
 
-/// Returns the image called `name`; `None` where its target is not installed.
+/// Returns the image `name`; `None` if its target is not installed.
 ///
 /// # Panics
 /// If the firmware cannot be built.
 #[must_use]
 pub fn image(name: &str) -> Option<PathBuf> {
-    build(["firmware"], name)
+    build(["firmware"], name, name)
 }
 
-/// Returns the image called `name`, which the crate has with `feature` only.
+/// Returns the image `name`, built with `feature`; `None` if its target is not installed.
 ///
 /// # Panics
 /// If it cannot be built.
 #[must_use]
 pub fn image_with(name: &str, feature: &str) -> Option<PathBuf> {
-    build(["firmware", "--features", feature, "--bin", name], name)
+    let copy = format!("{name}-{feature}");
+    build(
+        ["firmware", "--features", feature, "--bin", name],
+        name,
+        &copy,
+    )
 }
 
-fn build<const N: usize>(arguments: [&str; N], name: &str) -> Option<PathBuf> {
+/// Builds an image and returns the path of a copy of it.
+///
+/// Builds with different features write to the same file, hence the copy, and the lock until it is made.
+fn build<const N: usize>(arguments: [&str; N], name: &str, copy: &str) -> Option<PathBuf> {
     static INSTALLED: OnceLock<bool> = OnceLock::new();
-    if *INSTALLED.get_or_init(target_is_installed) {
-        Some(executable(arguments, name).expect("the firmware can be built"))
-    } else {
+    if !*INSTALLED.get_or_init(target_is_installed) {
         skipped(&format!("rustup target add {TARGET}"));
-        None
+        return None;
     }
+    let copied = || -> io::Result<PathBuf> {
+        // Beside the test: wherever cargo puts its target folder.
+        let folder = env::current_exe()?.with_file_name("images");
+        fs::create_dir_all(&folder)?;
+        let lock = File::create(folder.join("lock"))?;
+        lock.lock()?;
+        let image = executable(arguments, name).expect("the firmware can be built");
+        let (part, copy) = (
+            folder.join(format!("{copy}.{}", process::id())),
+            folder.join(copy),
+        );
+        fs::copy(image, &part)?;
+        fs::rename(part, &copy)?;
+        Ok(copy)
+    };
+    Some(copied().expect("the image can be copied"))
 }
 
 fn target_is_installed() -> bool {
@@ -49,26 +73,33 @@ fn target_is_installed() -> bool {
     folder.is_some_and(|folder| Path::new(folder.trim()).is_dir())
 }
 
-/// Whether QEMU can be run here; notes it if not.
+/// Returns whether QEMU is installed; prints a note if not.
 #[must_use]
-pub fn qemu_is_there() -> bool {
-    let there = Command::new("qemu-system-arm").arg("--version").output();
-    if there.is_err() {
-        skipped("there is no qemu-system-arm");
+pub fn qemu_is_installed() -> bool {
+    let version = Command::new("qemu-system-arm").arg("--version").output();
+    if version.is_err() {
+        skipped("qemu-system-arm is not installed");
     }
-    there.is_ok()
+    version.is_ok()
 }
 
-/// Runs an image that speaks by semihosting, under QEMU and until it ends.
+/// Runs an image that prints by semihosting, under QEMU and until it ends; returns what it printed.
 ///
-/// Every instruction takes 32 ns of the emulator's time, so that counts repeat.
+/// Every instruction takes 32 ns of the emulated time, so that counts are reproducible.
+///
+/// # Panics
+/// If the image reports a failure or does not end.
 #[must_use]
-pub fn counted(image: &Path) -> Ran {
+pub fn output(image: &Path) -> String {
     let mut qemu = Command::new("qemu-system-arm");
     qemu.args(["-M", "stm32vldiscovery", "-nographic", "-monitor", "none"])
         .args(["-serial", "null", "-icount", "shift=5"])
         .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
         .arg(image)
         .stdin(Stdio::null());
-    run(qemu, Duration::from_secs(120))
+    let ran = run(qemu, Duration::from_secs(120));
+    assert_eq!(ran.code, Some(0), "{ran:?}");
+    let Ran { stdout, stderr, .. } = ran;
+    // QEMU writes semihosting output to stderr or stdout, depending on its version.
+    stdout + &stderr
 }

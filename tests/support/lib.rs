@@ -1,4 +1,4 @@
-//! What tests share: building firmware images, running programs, the shared recordings.
+//! What tests share: firmware images, running programs, recordings.
 
 pub mod firmware;
 pub mod pgm;
@@ -13,10 +13,10 @@ pub fn workspace() -> &'static Path {
     tests.parent().unwrap_or(tests)
 }
 
-/// Returns the file `name` of the shared recordings, or says that the test is skipped.
+/// Returns the recording `name`, or prints that the test is skipped.
 ///
-/// They are real logs whose licence keeps them out of the project: `$CERTAINTY_DATA`, or
-/// `shared/data` beside the workspace.
+/// The recordings are real logs that are not part of the project because of their licence. They are searched in
+/// the folder `$CERTAINTY_DATA`, or in `shared/data` beside the workspace.
 #[must_use]
 pub fn shared_data(name: &str) -> Option<PathBuf> {
     let folder = std::env::var_os("CERTAINTY_DATA")
@@ -30,7 +30,7 @@ pub fn shared_data(name: &str) -> Option<PathBuf> {
     }
 }
 
-/// Says that a test does not run here, and why.
+/// Prints that a test is skipped, and why.
 pub fn skipped(why: &str) {
     eprintln!("skipped: {why}");
 }

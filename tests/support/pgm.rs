@@ -1,9 +1,9 @@
-//! A reader of binary PGM that shares no code with ours.
+//! A reader of binary PGM, independent of the writer under test.
 
 /// Reads a binary graymap of 8 bits: width, height, pixels from the top left.
 ///
 /// # Panics
-/// If it is none.
+/// If the bytes are not such a graymap.
 #[must_use]
 pub fn pgm(bytes: &[u8]) -> (usize, usize, &[u8]) {
     let mut fields = bytes.splitn(4, |byte| byte.is_ascii_whitespace());

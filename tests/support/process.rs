@@ -1,4 +1,4 @@
-//! Programs that are built and run by tests.
+//! Builds and runs programs for tests.
 
 use core::time::Duration;
 use serde_json::Value;
@@ -10,13 +10,13 @@ use std::time::Instant;
 
 use crate::workspace;
 
-/// How long any run may take, on a busy machine and under QEMU too; what takes longer hangs.
+/// The longest that a run may take, on a busy machine and under QEMU too.
 pub const PATIENCE: Duration = Duration::from_secs(300);
 
-/// Builds with cargo and returns the executable `name`, wherever cargo put it.
+/// Builds with cargo and returns the path of the executable `name`.
 ///
 /// # Errors
-/// What cargo wrote to stderr, if it fails or builds no such executable.
+/// The stderr of cargo, if it fails or builds no such executable.
 ///
 /// # Panics
 /// If cargo itself cannot be started.
@@ -45,37 +45,37 @@ pub fn executable<'a>(
 pub struct Ran {
     /// The exit code; `None` after a signal.
     pub code: Option<i32>,
-    /// What was written to stdout.
+    /// The text on stdout.
     pub stdout: String,
-    /// What was written to stderr.
+    /// The text on stderr.
     pub stderr: String,
 }
 
 impl Ran {
-    /// Returns stdout's one JSON document.
+    /// Returns the one JSON document on stdout.
     ///
     /// # Panics
-    /// If the run failed, or stdout holds anything else.
+    /// If the run failed or stdout has any other content.
     #[must_use]
     pub fn json(&self) -> Value {
         assert_eq!(self.code, Some(0), "{}", self.stderr);
         serde_json::from_str(&self.stdout).expect("stdout is one JSON document")
     }
 
-    /// Returns the only line on stderr of a refusal: exit code 2 and nothing on stdout.
+    /// Returns the line on stderr of a refused run: exit code 2, one line on stderr, nothing on stdout.
     ///
     /// # Panics
-    /// If it is anything else.
+    /// If the run did anything else.
     #[must_use]
     pub fn refusal(&self) -> &str {
         assert_eq!(self.code, Some(2), "{self:?}");
-        assert_eq!(self.stdout, "", "a refusal prints no result");
+        assert_eq!(self.stdout, "", "a refused run prints no result");
         let mut lines = self.stderr.lines();
-        let line = lines.next().expect("a refusal says why");
+        let line = lines.next().expect("a refused run gives its reason");
         assert_eq!(
             lines.next(),
             None,
-            "a refusal is one line: {:?}",
+            "the reason is one line: {:?}",
             self.stderr
         );
         assert!(line.starts_with("certainty: "), "{line}");
@@ -87,7 +87,7 @@ impl Ran {
 /// Runs `command` to its end.
 ///
 /// # Panics
-/// If it cannot be started or runs longer than `limit`; it is ended then.
+/// If it cannot be started or runs longer than `limit`; it is killed then.
 #[must_use]
 pub fn run(mut command: Command, limit: Duration) -> Ran {
     command.stdout(Stdio::piped()).stderr(Stdio::piped());
@@ -107,10 +107,10 @@ pub fn run(mut command: Command, limit: Duration) -> Ran {
     }
 }
 
-/// Waits for `child` and returns its exit code, or ends it after `limit` and returns `None`.
+/// Waits for `child` and returns its exit code; kills it after `limit` and returns `None`.
 ///
 /// # Panics
-/// If the system does not know the child.
+/// If the system has no such child process.
 pub fn wait(child: &mut Child, limit: Duration) -> Option<Option<i32>> {
     let start = Instant::now();
     loop {
@@ -126,7 +126,7 @@ pub fn wait(child: &mut Child, limit: Duration) -> Option<Option<i32>> {
     }
 }
 
-/// Reads a pipe to its end, so that the writer never waits.
+/// Reads a pipe to its end in a thread, so that the writer never blocks.
 fn reader(mut pipe: impl Read + Send + 'static) -> thread::JoinHandle<String> {
     thread::spawn(move || {
         let mut bytes = Vec::new();
@@ -138,7 +138,7 @@ fn reader(mut pipe: impl Read + Send + 'static) -> thread::JoinHandle<String> {
 /// Returns the keys of an object, sorted.
 ///
 /// # Panics
-/// If it is no object.
+/// If the value is not an object.
 #[must_use]
 pub fn keys(object: &Value) -> Vec<&str> {
     let mut keys: Vec<&str> = object

@@ -1,4 +1,4 @@
-//! What the design and the documentation promise in bytes.
+//! Sizes in bytes that the documentation states.
 
 use certainty_core::certainty::Certainty;
 use certainty_core::fusion::{
@@ -25,7 +25,7 @@ fn the_robust_grid_of_the_smart_car_takes_234_bytes() {
 }
 
 #[test]
-fn every_method_takes_the_bytes_that_its_documentation_names() {
+fn every_method_takes_the_documented_bytes() {
     let shape = SmartCarShape;
     let bayes = BayesGrid::try_new(shape, Strength::UNLIMITED, [0; 187]).unwrap();
     assert_eq!(bayes.memory_bytes(), 187, "one byte a cell");
@@ -36,9 +36,9 @@ fn every_method_takes_the_bytes_that_its_documentation_names() {
     assert_eq!(trimmed.memory_bytes(), 561, "a byte a cell and sensor");
 }
 
-/// Rules, sensor count and owner width: what a robust grid has besides cells and owners.
+/// Besides cells and owners a robust grid has rules, sensor count and owner width.
 #[test]
-fn a_grid_of_constant_shape_is_its_cells_and_at_most_22_bytes_of_rules() {
+fn a_constant_shape_adds_at_most_22_bytes() {
     assert_eq!(size_of::<SmartCarShape>(), 0);
     assert!(
         size_of::<SmartCarGrid>() <= 234 + 22,
@@ -54,7 +54,7 @@ fn a_grid_of_constant_shape_is_its_cells_and_at_most_22_bytes_of_rules() {
 }
 
 #[test]
-fn types_are_as_small_as_their_documentation_says() {
+fn types_have_their_documented_sizes() {
     assert_eq!(size_of::<Health>(), 32, "Memory: 32 bytes a sensor");
     assert_eq!(size_of::<RecordedBeam>(), 24, "Memory: 24 bytes a beam");
     assert_eq!(size_of::<Option<SensorId>>(), 1, "takes one byte");
@@ -67,7 +67,7 @@ fn types_are_as_small_as_their_documentation_says() {
 
 /// \[001\] §7 in real numbers: ⌈log₂(sensors + 1)⌉ · cells / 8.
 #[test]
-fn owners_take_the_papers_formula_for_every_number_of_sensors() {
+fn owners_take_the_papers_formula() {
     for sensors in 1..=u8::MAX {
         let bits = (f64::from(sensors) + 1.0).log2().ceil();
         assert_eq!(f64::from(owner_bits(sensors)), bits, "{sensors} sensors");

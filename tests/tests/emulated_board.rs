@@ -1,4 +1,4 @@
-//! The image that is flashed, pin by pin on the emulated board.
+//! The image to flash, pin by pin on the emulated board.
 
 use certainty_control::Wheels;
 use certainty_firmware::remote::{Channel, Line};
@@ -19,14 +19,14 @@ const MILLISECOND: u64 = 1_000_000;
 /// The schedule's round, in ms.
 const ROUND_MS: u64 = 800;
 
-/// The bench, and everything that the board did to it.
-struct Watched {
+/// The bench with a record of all pin changes and pulses.
+struct Recorded {
     bench: Bench,
     levels: Vec<(Line, bool, u64)>,
     pulses: Vec<(Channel, u32, u64)>,
 }
 
-impl Wires for Watched {
+impl Wires for Recorded {
     fn set_level(&mut self, line: Line, high: bool, now_ns: u64) {
         self.levels.push((line, high, now_ns));
         Wires::set_level(&mut self.bench, line, high, now_ns);
@@ -42,8 +42,8 @@ impl Wires for Watched {
     }
 }
 
-/// The shipped image on its board, about to start; `None` where it cannot be built.
-fn board() -> Option<EmulatedBoard<Watched>> {
+/// Returns the image on its board, before the start; `None` if it cannot be built.
+fn board() -> Option<EmulatedBoard<Recorded>> {
     let image = fs::read(firmware::image("smart_car")?).unwrap();
     let setup = BenchSetup {
         world: Arc::new(World::built_in()),
@@ -51,34 +51,34 @@ fn board() -> Option<EmulatedBoard<Watched>> {
         faults: Vec::new(),
         seed: 1,
     };
-    let watched = Watched {
+    let recorded = Recorded {
         bench: Bench::new(setup).unwrap(),
         levels: Vec::new(),
         pulses: Vec::new(),
     };
-    Some(EmulatedBoard::new(&image, watched).unwrap())
+    Some(EmulatedBoard::new(&image, recorded).unwrap())
 }
 
-fn run(board: &mut EmulatedBoard<Watched>, rounds: u64) {
+fn run(board: &mut EmulatedBoard<Recorded>, rounds: u64) {
     let done = board.run_until(rounds * ROUND_MS, |_| false);
     assert_eq!(done, Ok(false));
 }
 
-/// How the board said to drive, a round after the other.
-fn drives(board: &mut EmulatedBoard<Watched>) -> Vec<Drive> {
+/// Returns the drive reports, one a round.
+fn drives(board: &mut EmulatedBoard<Recorded>) -> Vec<Drive> {
     let mut received = Received::default();
     received.take(&board.take_serial());
     received.drives().to_vec()
 }
 
-/// The widths that the motors were given, and when.
-fn motor_pulses(board: &mut EmulatedBoard<Watched>) -> Vec<(Channel, u32, u64)> {
+/// Returns the motors' pulse widths and their times.
+fn motor_pulses(board: &mut EmulatedBoard<Recorded>) -> Vec<(Channel, u32, u64)> {
     let mut pulses = board.with_wires(|wires| wires.pulses.clone());
     pulses.retain(|(channel, ..)| matches!(channel, Channel::Motor(_)));
     pulses
 }
 
-/// The times from each of these edges to the next, in µs.
+/// Returns the times from each of these edges to the next, in µs.
 fn spans(edges: &[(bool, u64)]) -> Vec<u64> {
     let pairs = edges.iter().zip(edges.iter().skip(1));
     pairs
@@ -87,7 +87,7 @@ fn spans(edges: &[(bool, u64)]) -> Vec<u64> {
 }
 
 #[test]
-fn the_sensors_are_started_and_clocked_as_their_data_sheet_says() {
+fn sensors_are_clocked_as_in_their_data_sheet() {
     let Some(mut board) = board() else { return };
     run(&mut board, 2);
     let levels = board.with_wires(|wires| wires.levels.clone());
@@ -100,7 +100,7 @@ fn the_sensors_are_started_and_clocked_as_their_data_sheet_says() {
             assert!(!conversion[0].0);
             let spans = spans(conversion);
             assert!(spans[0] >= 70_000, "{spans:?}");
-            // Each level of the clock 50 to 100 µs, beyond what a bit is looked at twice.
+            // Each level of the clock lasts 50 to 100 µs.
             assert!(
                 spans[1..].iter().all(|us| (50..=100).contains(us)),
                 "{spans:?}"
@@ -110,7 +110,7 @@ fn the_sensors_are_started_and_clocked_as_their_data_sheet_says() {
 }
 
 #[test]
-fn the_rangers_are_triggered_for_ten_microseconds_and_never_both_at_once() {
+fn rangers_are_triggered_one_after_the_other() {
     let Some(mut board) = board() else { return };
     run(&mut board, 2);
     let levels = board.with_wires(|wires| wires.levels.clone());
@@ -133,16 +133,20 @@ fn the_rangers_are_triggered_for_ten_microseconds_and_never_both_at_once() {
 }
 
 #[test]
-fn the_servos_get_whole_pulses_within_their_limits_from_the_first_move_on() {
+fn servos_get_whole_pulses_within_their_limits() {
     let Some(mut board) = board() else { return };
     run(&mut board, 5);
     let mut pulses = board.with_wires(|wires| wires.pulses.clone());
     pulses.retain(|(channel, ..)| matches!(channel, Channel::Servo(_)));
-    assert_eq!(pulses.len(), 3 * 5, "a width a servo and round: {pulses:?}");
+    assert_eq!(
+        pulses.len(),
+        3 * 5,
+        "one width a servo and round: {pulses:?}"
+    );
     assert!(pulses.iter().all(|(_, us, _)| (600..=2_400).contains(us)));
     let first = pulses[0].2;
     for (servo, _, at) in &pulses {
-        // A new width begins with a period of 20 ms, which keep step with the rounds.
+        // A new width begins with a period of 20 ms; the periods are in step with the rounds.
         assert_eq!((at - first) % (20 * MILLISECOND), 0, "{servo:?}");
     }
     for servo in 0..3 {
@@ -160,20 +164,20 @@ fn the_servos_get_whole_pulses_within_their_limits_from_the_first_move_on() {
     }
 }
 
-/// Both motors' pulses begin with the servos' frames, stand while the car looks around, and change in
-/// the frame after the slot that gives them.
+/// Both motors' pulses begin with the servos' periods, are at standstill while the car looks around, and change
+/// in the period after the slot that sets them.
 #[test]
-fn the_motors_are_told_at_the_same_time_of_every_round() {
+fn motors_are_set_at_the_same_time_of_every_round() {
     let Some(mut board) = board() else { return };
     run(&mut board, 44);
     let first_servo = board.with_wires(|wires| wires.pulses[0].2);
     let motors = motor_pulses(&mut board);
-    // Only changes are told: first both stand, for 37 rounds.
+    // Only changes are recorded: at first both stand, for 37 rounds.
     assert!(motors[..2].iter().all(|one| one.1 == 1_500), "{motors:?}");
     assert!(motors.len() > 6, "{motors:?}");
     for &(motor, us, at) in &motors {
         assert!((1_000..=2_000).contains(&us), "{motor:?} {us}");
-        // 780 ms into a round: the frame after the slot at 772 ms. The timers start some cycles apart.
+        // 780 ms into a round: the period after the slot at 772 ms. The timers start some cycles apart.
         let off = (at - first_servo) % (ROUND_MS * MILLISECOND);
         let late = off.abs_diff(780 * MILLISECOND);
         assert!(late < 20_000, "{motor:?} {late} ns");
@@ -181,9 +185,9 @@ fn the_motors_are_told_at_the_same_time_of_every_round() {
     assert!((motors[2].2 - first_servo) / (ROUND_MS * MILLISECOND) >= 37);
 }
 
-/// What a watcher reads is what the wheels are told: round for round, to the microsecond.
+/// The reported speeds are the motors' pulses: round for round, to the microsecond.
 #[test]
-fn the_motors_pulses_are_those_that_the_telemetry_says() {
+fn motor_pulses_are_those_of_the_telemetry() {
     let Some(mut board) = board() else { return };
     run(&mut board, 60);
     let first_servo = board.with_wires(|wires| wires.pulses[0].2);
@@ -193,13 +197,13 @@ fn the_motors_pulses_are_those_that_the_telemetry_says() {
     let stand = i32::from(MOTOR.config().stand_us);
     let mut moved = 0;
     for (round, drive) in (0..).zip(&drives) {
-        // The frame after the one in which they are told, to the half of it.
+        // The middle of the period after the one in which they are set.
         let by = first_servo + (round * ROUND_MS + 790) * MILLISECOND;
         let Wheels { right, left } = drive.wheels;
-        for (motor, told) in [(0, right), (1, left)] {
+        for (motor, speed) in [(0, right), (1, left)] {
             let mut given = pulses.iter().rev();
             let last = given.find(|one| one.0 == Channel::Motor(motor) && one.2 < by);
-            let expected = stand + i32::from(MOTOR.thrust_us(told));
+            let expected = stand + i32::from(MOTOR.pulse_change_us(speed));
             let given = last.map(|one| one.1.cast_signed());
             assert_eq!(given, Some(expected), "round {round}: {drive:?}");
             moved += u32::from(expected != stand);
@@ -208,9 +212,9 @@ fn the_motors_pulses_are_those_that_the_telemetry_says() {
     assert!(moved > 20, "{moved}");
 }
 
-/// 51 ms of 8,000 cycles: an eighth is left for what `rsemu` counts otherwise than silicon.
+/// 51 ms have 408,000 cycles; an eighth is left for differences between the emulator's count and silicon.
 #[test]
-fn deciding_takes_at_most_360_000_of_the_408_000_cycles_of_its_slot() {
+fn deciding_takes_at_most_360_000_cycles() {
     let Some(mut board) = board() else { return };
     let mut most = 0;
     for _ in 0..80 {
@@ -223,14 +227,14 @@ fn deciding_takes_at_most_360_000_of_the_408_000_cycles_of_its_slot() {
     }
     assert!((100_000..=360_000).contains(&most), "{most} cycles");
     assert_eq!(
-        drives(&mut board).last().map(|drive| drive.conduct),
+        drives(&mut board).last().map(|drive| drive.state),
         Some(DriveState::Arrived)
     );
 }
 
-/// Nobody took the car back to where it starts: so it does not drive on from where it is.
+/// After an automatic reset the car's pose is unknown, so it does not drive.
 #[test]
-fn after_a_reset_that_nobody_did_by_hand_it_stands_and_says_so() {
+fn after_an_automatic_reset_it_stands_and_reports_it() {
     let rounds = 42;
     for (cause, drove) in [
         (ResetCause::PowerOn, true),
@@ -246,22 +250,22 @@ fn after_a_reset_that_nobody_did_by_hand_it_stands_and_says_so() {
         let pulses = motor_pulses(&mut board);
         let moved = pulses.iter().any(|one| one.1 != 1_500);
         assert_eq!(moved, drove, "{cause:?}: {pulses:?}");
-        assert!(pulses.len() >= 2, "{cause:?}: both are told to stand");
+        assert!(pulses.len() >= 2, "{cause:?}: both are set to stand");
         let mut received = Received::default();
         received.take(&board.take_serial());
-        let restarted = |drive: &Drive| drive.conduct == DriveState::Restarted;
+        let restarted = |drive: &Drive| drive.state == DriveState::Restarted;
         let drives = received.drives();
         assert_eq!(drives.iter().all(restarted), !drove, "{cause:?}");
         assert_eq!(drives.iter().any(restarted), !drove, "{cause:?}");
-        // It goes on looking and reporting.
+        // It continues to sense and report.
         assert!(received.map().is_some(), "{cause:?}");
         assert_eq!(received.statistics().overruns, 0);
         assert_eq!(board.unmodelled(), []);
     }
 }
 
-/// The shipped image with this instruction in place of the first of `main`.
-fn broken(instruction: u16) -> Option<Vec<u8>> {
+/// Returns the image with this instruction in place of the first one of `main`.
+fn with_first_instruction(instruction: u16) -> Option<Vec<u8>> {
     let mut image = fs::read(firmware::image("smart_car")?).unwrap();
     let at = {
         let file = object::File::parse(&*image).unwrap();
@@ -276,13 +280,13 @@ fn broken(instruction: u16) -> Option<Vec<u8>> {
     Some(image)
 }
 
-/// A reset ends the pulses at once, and the start after it is one that nobody did by hand.
+/// The reset ends the pulses at once, and the start after it is automatic.
 #[test]
-fn a_fault_or_an_unknown_exception_resets_at_once() {
+fn a_fault_or_unknown_exception_resets_at_once() {
     let undefined = 0xDE00;
-    let call_of_a_supervisor = 0xDF00;
-    for instruction in [undefined, call_of_a_supervisor] {
-        let Some(image) = broken(instruction) else {
+    let supervisor_call = 0xDF00;
+    for instruction in [undefined, supervisor_call] {
+        let Some(image) = with_first_instruction(instruction) else {
             return;
         };
         let mut board = EmulatedBoard::new(&image, NoWires).unwrap();
@@ -293,14 +297,14 @@ fn a_fault_or_an_unknown_exception_resets_at_once() {
 }
 
 #[test]
-fn every_register_that_it_uses_is_modelled() {
+fn every_used_register_is_modelled() {
     let Some(mut board) = board() else { return };
     run(&mut board, 40);
     assert_eq!(board.unmodelled(), []);
 }
 
 #[test]
-fn two_runs_do_the_same_in_the_same_cycle() {
+fn two_runs_are_equal_in_every_cycle() {
     let (Some(mut one), Some(mut other)) = (board(), board()) else {
         return;
     };
@@ -311,7 +315,7 @@ fn two_runs_do_the_same_in_the_same_cycle() {
         assert_eq!(one.cycles(), other.cycles());
     }
     let levels =
-        |board: &mut EmulatedBoard<Watched>| board.with_wires(|wires| wires.levels.clone());
+        |board: &mut EmulatedBoard<Recorded>| board.with_wires(|wires| wires.levels.clone());
     assert_eq!(levels(&mut one), levels(&mut other));
     assert_eq!(one.lowest_stack_pointer(), other.lowest_stack_pointer());
 }
@@ -326,20 +330,20 @@ fn it_sleeps_most_of_the_time() {
 }
 
 #[test]
-fn another_microcontrollers_program_is_refused() {
+fn an_image_for_another_processor_is_refused() {
     let Some(image) = firmware::image("smart_car") else {
         return;
     };
     let mut image = fs::read(image).unwrap();
     image[18] = 243; // RISC-V
-    let told = EmulatedBoard::new(&image, NoWires).unwrap_err();
+    let error = EmulatedBoard::new(&image, NoWires).unwrap_err();
     assert_eq!(
-        told,
+        error,
         BoardError::NotAnImage("it is for another processor".into())
     );
 }
 
-/// Nothing on the pins.
+/// No devices on the pins.
 #[derive(Debug)]
 struct NoWires;
 
@@ -353,9 +357,9 @@ impl Wires for NoWires {
     fn set_pulse(&mut self, _: Channel, _: u32, _: u64) {}
 }
 
-/// With nothing on its pins the car has no reading, and goes on all the same: the watchdog is fed.
+/// Without devices on its pins the car has no readings, but the schedule continues and the watchdog is fed.
 #[test]
-fn without_any_device_the_schedule_goes_on() {
+fn without_devices_the_schedule_continues() {
     let Some(image) = firmware::image("smart_car") else {
         return;
     };
@@ -366,13 +370,13 @@ fn without_any_device_the_schedule_goes_on() {
 }
 
 #[test]
-fn an_image_takes_of_the_flash_what_a_programmer_writes() {
+fn flash_bytes_are_what_a_programmer_writes() {
     let Some(path) = firmware::image("smart_car") else {
         return;
     };
-    let told = Image::load(Some(&path), "smart_car").unwrap().sizes();
+    let sizes = Image::load(Some(&path), "smart_car").unwrap().sizes();
     let bytes = fs::read(path).unwrap();
     let file = object::File::parse(&*bytes).unwrap();
     let written = file.segments().map(|segment| segment.file_range().1);
-    assert_eq!(u64::from(told.flash_bytes), written.sum::<u64>());
+    assert_eq!(u64::from(sizes.flash_bytes), written.sum::<u64>());
 }

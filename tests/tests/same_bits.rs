@@ -1,38 +1,32 @@
 //! The same readings give the same bits on the host and on a Cortex-M3.
 
-use certainty_firmware_bench::rehearsal;
+use certainty_firmware_bench::fusion_run::{self, Outcome};
 use certainty_tests::firmware;
 use object::{Object, ObjectSymbol};
 use std::fs;
 use std::path::Path;
 
-/// Symbols that only a program with a way to panic has.
+/// Returns the symbols that exist only in a program that can panic.
 fn panicking<'a>(symbols: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
     let of_panics = |name: &&str| name.contains("panicking") || name.contains("panic_fmt");
     symbols.into_iter().filter(of_panics).collect()
 }
 
 #[test]
-fn the_host_and_a_cortex_m3_under_qemu_get_the_same_digest() {
-    if !firmware::qemu_is_there() {
-        return;
-    }
-    let Some(image) = firmware::image("smoke") else {
+fn fusion_is_the_same_on_the_host_and_a_cortex_m3() {
+    let Some(image) = firmware::image("bench").filter(|_| firmware::qemu_is_installed()) else {
         return;
     };
-    let ran = firmware::counted(&image);
-    let rehearsal::Outcome { digest, told } = rehearsal::run().unwrap();
-    let expected = format!("digest {digest:08x} of {told} cells told");
-    assert_eq!(ran.code, Some(0), "{ran:?}");
-    // QEMU's semihosting writes to stderr or stdout, depending on its version.
-    let printed = format!("{}{}", ran.stdout, ran.stderr);
+    let Outcome { digest, updates } = fusion_run::run().unwrap();
+    let expected = format!("fusion: digest {digest:08x} of {updates} updates");
+    let printed = firmware::output(&image);
     assert!(
         printed.lines().any(|line| line == expected),
-        "{expected}, but {printed}"
+        "expected {expected}, got {printed}"
     );
 }
 
-/// The panic symbols of the image at `path`.
+/// Returns the panic symbols of the image at `path`.
 fn panics_in(path: &Path) -> Vec<String> {
     let bytes = fs::read(path).unwrap();
     let file = object::File::parse(&*bytes).unwrap();
@@ -40,7 +34,7 @@ fn panics_in(path: &Path) -> Vec<String> {
         .symbols()
         .filter_map(|symbol| symbol.name().ok())
         .collect();
-    // A stripped image would have nothing to find.
+    // A stripped image would pass without being searched.
     assert!(
         symbols.contains(&"Reset") && symbols.contains(&"main"),
         "{symbols:?}"
@@ -49,8 +43,8 @@ fn panics_in(path: &Path) -> Vec<String> {
 }
 
 #[test]
-fn nothing_in_the_firmware_can_panic() {
-    for name in ["smart_car", "qemu", "smoke", "control_bench"] {
+fn no_image_can_panic() {
+    for name in ["smart_car", "qemu", "bench"] {
         let Some(image) = firmware::image(name) else {
             return;
         };
@@ -59,15 +53,15 @@ fn nothing_in_the_firmware_can_panic() {
 }
 
 #[test]
-fn an_image_that_can_panic_is_found_out() {
-    let Some(image) = firmware::image_with("can_panic", "can-panic") else {
+fn an_image_that_can_panic_is_detected() {
+    let Some(image) = firmware::image_with("bench", "can-panic") else {
         return;
     };
     assert_ne!(panics_in(&image), [""; 0]);
 }
 
 #[test]
-fn a_panic_among_the_symbols_would_be_found() {
+fn panic_symbols_are_recognized() {
     let names = [
         "main",
         "_ZN4core9panicking5panic17h0123456789abcdefE",

@@ -1,18 +1,21 @@
-//! Puts the workspace's `memory.x` where the linker looks for it.
+//! Finds the workspace's `memory.x` for the linker.
 
 use std::env;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 fn main() {
-    let workspace =
-        PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").expect("set by cargo")).join("../../..");
-    println!("cargo:rustc-link-search={}", workspace.display());
+    let package = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").expect("set by cargo"));
+    let folder = package
+        .ancestors()
+        .find(|folder| folder.join("memory.x").is_file())
+        .unwrap_or(Path::new("."));
+    println!("cargo:rustc-link-search={}", folder.display());
     println!(
         "cargo:rerun-if-changed={}",
-        workspace.join("memory.x").display()
+        folder.join("memory.x").display()
     );
     println!("cargo:rerun-if-changed=build.rs");
     if env::var_os("CARGO_FEATURE_DEFMT_RTT").is_some() {
-        println!("cargo:rustc-link-arg-bin=smart_car=-Tdefmt.x");
+        println!("cargo:rustc-link-arg-bins=-Tdefmt.x");
     }
 }

@@ -1,35 +1,134 @@
-//! The Smart Car's application: what is done in each slot of its round.
+//! The Smart Car's application: the activities of its round.
 
-use super::drive::{Drive, RangerInput};
-use super::head::Head;
-use super::round::PERIOD_MS;
-use super::{
-    CELLS, HEADS, RANGER, RANGERS, SENSORS, SWEEP, SmartCarGrid, SmartCarShape, UNITS, mounting,
+use super::config::{
+    CELLS, HEADS, PERIOD_MS, RANGER, RANGERS, SENSORS, SERVO, SWEEP, SmartCarGrid, SmartCarShape,
+    UNITS, Unit, VALIDATION, beam_model, mounting,
 };
-use crate::board::{Board, Wiring};
+use super::control::RangerInput;
+use super::drive::Drive;
+use crate::board::{Board, HeadWires, MotorWires, RangerWires, ResetCause, Wiring};
 use crate::executive::{Application, Due, Timeliness};
+use crate::gp2d02::Gp2d02;
 use crate::ranger::Ranger;
+use crate::remote::{
+    Channel, Line, Link, RemoteBoard, RemoteOutbox, RemotePin, RemotePwm, RemoteTime,
+};
+use crate::servo::Servo;
 use crate::telemetry::{self, Hello, Report, Reporter, SensorHealth, Statistics};
-use certainty_core::fusion::{Beam, Mapper, RobustRules, Shape, owner_bytes};
+use certainty_core::fusion::{Beam, BeamModel, Mapper, RobustRules, Shape, owner_bytes};
+#[cfg(feature = "defmt")]
+use certainty_core::health::Status;
 use certainty_core::health::{Health, HealthRules};
 use certainty_core::schedule::Activity;
 use certainty_core::sensor::SensorId;
-use certainty_core::transducer::{Missing, Reading};
-use certainty_core::units::{Pose, Ticks};
+use certainty_core::transducer::{Calibration, Finding, Missing, Reading, Validator};
+use certainty_core::units::{BinaryAngle, Pose, Ticks};
 use core::fmt;
+use embedded_hal::delay::DelayNs;
 
-/// One generation of the reported map in so many is whole; a generation is a round.
+/// One in this many generations of the reported map is a keyframe; a generation is a round.
 const KEYFRAME_EVERY: u16 = 20;
 
-/// Parts of the map that a round reports at most: all of it.
+/// The most parts of the map in a round's report: enough for the whole map.
 const PARTS: u8 = 8;
 
-/// The car: drivers, map and records, on any [`Board`].
+/// A pivoted infrared sensor: servo, GP2D02, calibration and validation.
 ///
-/// Sensors 1 to 3 are the pivoted ones, which make the map; 4 and 5 the fixed rangers, whose readings
-/// control hears beside the map, and whose silence is noticed. Data flows one way: a driver's answer
-/// becomes a reading, the reading is checked and fused, the map says where to go, and what came of it is
-/// reported.
+/// Each round it is aimed, started and read. An error on the way becomes the reason of the missing reading.
+struct Head<B: Board> {
+    servo: Servo<B::Pwm>,
+    sensor: Gp2d02<B::Vin, B::Vout>,
+    calibration: &'static Calibration,
+    model: BeamModel,
+    validator: Validator,
+    direction: BinaryAngle,
+    error: Option<Missing>,
+    reading: Reading,
+    finding: Finding,
+}
+
+impl<B: Board> Head<B> {
+    /// Creates a head with the calibration and accuracy of `unit`.
+    fn new(wires: HeadWires<B>, unit: &'static Unit) -> Self {
+        Self {
+            servo: Servo::new(wires.pwm, SERVO),
+            sensor: Gp2d02::new(wires.vin, wires.vout),
+            calibration: &unit.calibration,
+            model: beam_model(unit.accuracy),
+            validator: Validator::new(),
+            direction: BinaryAngle::ZERO,
+            error: Some(Missing::Late),
+            reading: Reading::Missing(Missing::Late),
+            finding: Finding::Missing,
+        }
+    }
+
+    /// Turns to `direction`, in the frame of its mounting.
+    fn aim(&mut self, direction: BinaryAngle) {
+        self.direction = direction;
+        // If the servo failed, the direction is unknown and so the reading is missing.
+        self.error = self.servo.aim(direction).err().map(|error| error.reason());
+    }
+
+    /// Starts a conversion.
+    fn start(&mut self, delay: &mut impl DelayNs) {
+        if self.error.is_none() {
+            self.error = self.sensor.start(delay).err().map(|fault| fault.reason());
+        }
+    }
+
+    /// Reads the result of the conversion and validates it.
+    // Not inlined: otherwise its stack adds to that of the deepest slot.
+    #[inline(never)]
+    fn read(&mut self, delay: &mut impl DelayNs, now: Ticks) {
+        let raw = match self.error {
+            None => self.sensor.read(delay).map_err(|fault| fault.reason()),
+            Some(error) => Err(error),
+        };
+        let reading = match raw {
+            Ok(raw) => self.calibration.reading(raw),
+            Err(why) => Reading::Missing(why),
+        };
+        let validated =
+            self.validator
+                .validate(&VALIDATION, reading, raw.ok(), self.direction, now);
+        self.reading = validated.reading;
+        self.finding = validated.finding;
+    }
+
+    /// Notes that one of its slots was skipped.
+    fn note_skipped_slot(&mut self) {
+        self.error = Some(Missing::Late);
+        self.reading = Reading::Missing(Missing::Late);
+        self.finding = Finding::Missing;
+    }
+
+    /// Returns its direction, in the frame of its mounting.
+    const fn direction(&self) -> BinaryAngle {
+        self.direction
+    }
+
+    /// Returns the last reading.
+    const fn reading(&self) -> Reading {
+        self.reading
+    }
+
+    /// Returns the finding of the validation.
+    const fn finding(&self) -> Finding {
+        self.finding
+    }
+
+    /// Returns the beam model of its readings.
+    const fn model(&self) -> &BeamModel {
+        &self.model
+    }
+}
+
+/// The car: drivers, map and health records, on any [`Board`].
+///
+/// Sensors 1 to 3 are the pivoted ones, whose readings are fused into the map. Sensors 4 and 5 are the fixed
+/// rangers, whose readings go directly to the control level. Data flows one way: driver, reading, validation,
+/// map, control, motors, report.
 #[expect(
     missing_debug_implementations,
     reason = "a board's pins need not be printable"
@@ -42,9 +141,12 @@ pub struct SmartCar<B: Board> {
     delay: B::Delay,
     stopwatch: B::Stopwatch,
     reporter: Reporter<B::Outbox, CELLS>,
+    /// The status of each sensor when it was last logged.
+    #[cfg(feature = "defmt")]
+    logged: [Status; (HEADS + RANGERS) as usize],
 }
 
-/// A ranger with its record.
+/// A fixed ranger with its last reading and its health.
 struct FixedRanger<B: Board> {
     driver: Ranger<B::Trigger, B::Echo>,
     reading: Reading,
@@ -53,7 +155,7 @@ struct FixedRanger<B: Board> {
 }
 
 impl<B: Board> FixedRanger<B> {
-    // Not inlined: the stack of the main loop is under that of the deepest slot.
+    // Not inlined: otherwise its stack adds to that of the deepest slot.
     #[inline(never)]
     fn measure(&mut self, delay: &mut B::Delay, stopwatch: &mut B::Stopwatch, now: Ticks) {
         let measured = self.driver.measure(delay, stopwatch);
@@ -62,32 +164,32 @@ impl<B: Board> FixedRanger<B> {
     }
 }
 
-/// The car's parts do not fit each other; they always do.
+/// The grid or its reporter refused its configuration; a test shows that this does not happen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct InitError;
 
 impl fmt::Display for InitError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("the grid or its report was refused")
+        f.write_str("the configuration of the grid or its reporter is invalid")
     }
 }
 
 impl core::error::Error for InitError {}
 
-/// Whose turn it is.
+/// A sensor of the car.
 enum Station<'a, B: Board> {
     Head(&'a mut Head<B>),
     Ranger(&'a mut FixedRanger<B>),
 }
 
 impl<B: Board> SmartCar<B> {
-    /// Creates the car, at rest and with an empty map.
+    /// Creates the car, stopped and with an empty map.
     ///
     /// # Errors
     ///
-    /// [`InitError`], which would be a defect here: nothing depends on the outside.
-    // Not inlined: its temporaries would stay on the stack of whoever runs the car for ever.
+    /// [`InitError`], which would be a defect: it does not depend on `wiring`.
+    // Not inlined: otherwise its temporaries stay on the stack of the main loop.
     #[inline(never)]
     pub fn try_new(
         wiring: Wiring<B, { HEADS as usize }, { RANGERS as usize }>,
@@ -118,14 +220,16 @@ impl<B: Board> SmartCar<B> {
                 health: Health::default(),
             }),
             mapper,
-            drive: Drive::new(wiring.motors, wiring.start),
+            drive: Drive::new(wiring.motors, wiring.reset_cause),
             delay: wiring.delay,
             stopwatch: wiring.stopwatch,
             reporter: reporter.map_err(|_| InitError)?,
+            #[cfg(feature = "defmt")]
+            logged: [Health::default().status(); (HEADS + RANGERS) as usize],
         })
     }
 
-    /// Returns what `sensor` said last, where the car has it.
+    /// Returns the last reading of `sensor`; `None` if the car has no such sensor.
     #[must_use]
     pub fn reading(&self, sensor: SensorId) -> Option<Reading> {
         let slot = sensor.slot();
@@ -143,7 +247,7 @@ impl<B: Board> SmartCar<B> {
         }
     }
 
-    /// Where head `slot` looks from, and which way, in the map.
+    /// Returns the origin and direction of the beam of head `slot` in the map.
     fn look(&self, slot: u8, head: &Head<B>) -> Pose {
         let mut place = mounting(slot, HEADS);
         place.heading = head.direction();
@@ -163,8 +267,8 @@ impl<B: Board> SmartCar<B> {
                     bearing: look.heading,
                     reading: head.reading(),
                 };
-                // The mapper was made for all heads.
-                let _told = self.mapper.integrate(sensor, &beam, head.model(), now);
+                // Cannot fail: the mapper was created for all heads.
+                let _ = self.mapper.integrate(sensor, &beam, head.model(), now);
             }
             Some(slot) => {
                 if let Some(ranger) = self.rangers.get_mut(slot) {
@@ -175,22 +279,36 @@ impl<B: Board> SmartCar<B> {
         }
     }
 
-    /// Decides where to go, from the map and from what the rangers said.
+    /// Decides the next motor command, from the map and the rangers' readings.
     fn steer(&mut self, due: Due) {
-        let eyes = self.rangers.each_ref().map(|ranger| RangerInput {
+        let rangers = self.rangers.each_ref().map(|ranger| RangerInput {
             reading: ranger.reading,
             measured: ranger.measured,
             health: &ranger.health,
         });
-        let silent = |head: &Head<B>| matches!(head.reading(), Reading::Missing(_));
-        let silent = self.heads.each_ref().map(silent);
+        let missing = |head: &Head<B>| matches!(head.reading(), Reading::Missing(_));
+        let missing = self.heads.each_ref().map(missing);
         self.drive
-            .steer(due, &self.mapper.environment(), &silent, &eyes);
+            .steer(due, &self.mapper.environment(), &missing, &rangers);
     }
 
-    /// Reports the round: what each sensor said, how the car drives, the map, the records, and last how it
-    /// went.
-    // Not inlined: what it sends must not be on the stack of the other slots.
+    /// Logs the sensors whose status has changed since the last call.
+    #[cfg(feature = "defmt")]
+    fn log_status_changes(&mut self) {
+        let map = self.mapper.environment();
+        let heads = map.sensors().map(|(_, health)| health);
+        let rangers = self.rangers.iter().map(|ranger| &ranger.health);
+        let numbered = (1_u8..).zip(heads.chain(rangers));
+        for ((number, health), logged) in numbered.zip(&mut self.logged) {
+            if health.status() != *logged {
+                *logged = health.status();
+                defmt::info!("sensor {}: status {}", number, *logged);
+            }
+        }
+    }
+
+    /// Reports the round: readings, drive, map, health, and statistics last.
+    // Not inlined: otherwise its frames are on the stack in the other slots.
     #[inline(never)]
     fn report(&mut self, now: Ticks, timeliness: Timeliness) {
         let numbers = (1..=u8::MAX).filter_map(SensorId::try_new);
@@ -219,7 +337,7 @@ impl<B: Board> SmartCar<B> {
         }
         let unsent = self.reporter.unsent();
         self.reporter.send(&Report::Statistics(Statistics {
-            // The report is the round's last slot: with it the round is complete.
+            // The report is the round's last slot and completes it.
             round: timeliness.rounds.saturating_add(1),
             tick: now,
             overruns: timeliness.overruns,
@@ -261,27 +379,35 @@ impl<B: Board> Application for SmartCar<B> {
             Activity::Drive => self.drive.drive(),
             Activity::Report => {
                 self.mapper.settle(due.at);
+                #[cfg(feature = "defmt")]
+                self.log_status_changes();
                 self.report(due.at, timeliness);
             }
+        }
+        #[cfg(feature = "defmt")]
+        if let Activity::Read(sensor) | Activity::Measure(sensor) = activity
+            && let Some(Reading::Missing(reason)) = self.reading(sensor)
+        {
+            defmt::warn!("sensor {}: no reading: {}", sensor.number(), reason);
         }
     }
 
     fn skip(&mut self, activity: Activity, due: Due) {
-        // Whatever it was, the car knows less than it should.
-        self.drive.falter();
+        // The control level misses an input, so it stands for this round.
+        self.drive.note_skipped_slot();
         match activity {
             Activity::Move(sensor)
             | Activity::Start(sensor)
             | Activity::Read(sensor)
             | Activity::Measure(sensor) => match self.station(sensor) {
-                Some(Station::Head(head)) => head.miss(),
+                Some(Station::Head(head)) => head.note_skipped_slot(),
                 Some(Station::Ranger(ranger)) => ranger.reading = Reading::Missing(Missing::Late),
                 None => {}
             },
-            // What was read is not fused late; that nothing was fused is on the record.
+            // The reading is not fused late; its absence is recorded in the sensor's health.
             Activity::Fuse(sensor) => {
                 match self.station(sensor) {
-                    Some(Station::Head(head)) => head.miss(),
+                    Some(Station::Head(head)) => head.note_skipped_slot(),
                     Some(Station::Ranger(ranger)) => {
                         ranger.reading = Reading::Missing(Missing::Late);
                     }
@@ -289,9 +415,36 @@ impl<B: Board> Application for SmartCar<B> {
                 }
                 self.fuse(sensor, due.at);
             }
-            // Late, but the motors must not go on with what was decided a round ago.
+            // Late, but the motors must not continue with the previous decision.
             Activity::Drive => self.drive.drive_late(),
             Activity::Steer | Activity::Report => {}
         }
+    }
+}
+
+/// Returns the wiring of a car whose pins, pulses and time are at the far end of `link`, after a manual reset.
+pub fn remote_wiring<L: Link>(
+    link: &L,
+) -> Wiring<RemoteBoard<'_, L>, { HEADS as usize }, { RANGERS as usize }> {
+    let head = |slot| HeadWires {
+        vin: RemotePin::new(link, Line::Vin(slot)),
+        vout: RemotePin::new(link, Line::Vout(slot)),
+        pwm: RemotePwm::new(link, Channel::Servo(slot)),
+    };
+    let ranger = |slot| RangerWires {
+        trigger: RemotePin::new(link, Line::Trigger(slot)),
+        echo: RemotePin::new(link, Line::Echo(slot)),
+    };
+    Wiring {
+        heads: [head(0), head(1), head(2)],
+        rangers: [ranger(0), ranger(1)],
+        motors: MotorWires {
+            right: RemotePwm::new(link, Channel::Motor(0)),
+            left: RemotePwm::new(link, Channel::Motor(1)),
+        },
+        delay: RemoteTime::new(link),
+        stopwatch: RemoteTime::new(link),
+        outbox: RemoteOutbox::new(link),
+        reset_cause: ResetCause::Manual,
     }
 }

@@ -1,15 +1,14 @@
-//! The Smart Car's round: who does what at which millisecond.
+//! The Smart Car's round: which activity runs at which millisecond.
 //!
-//! Late, while the servos turn, the two ultrasonic rangers measure, one after the other: what they say is of
-//! use to the car that is about to decide where to go. Then the infrared sensors convert all at once: their
-//! heads are a third of a sweep apart, so that none sees another's light. They are read and fused in the order
-//! of their numbers; the car decides, gives its motors what it decided, and reports.
+//! While the servos turn, the two ultrasonic rangers measure, one after the other, as late as possible, so
+//! that their readings are recent when the car decides. Then the infrared sensors convert at the same time;
+//! their heads are a third of a sweep apart, so that no sensor receives another's light. They are read and
+//! fused in the order of their numbers. Then the car decides, sets its motors and reports.
 //!
-//! Motors take a new pulse at the end of a frame of 20 ms, and frames begin with the round. So the slot that
-//! gives it lies well within the second half of a frame: whether a board is some microseconds faster or slower
-//! then changes nothing.
+//! Motors take a new pulse at the end of a PWM frame of 20 ms, and frames begin with the round. The slot that
+//! sets the pulse lies in the second half of a frame, so that a few microseconds of jitter change nothing.
 
-use super::{HEADS, RANGERS, SERVO, SWEEP};
+use super::config::{HEADS, MOTOR, PERIOD_MS, RANGERS, SERVO, SWEEP};
 use crate::gp2d02::CONVERSION_US;
 use crate::ranger::MEASURE_US;
 use certainty_core::health::HealthRules;
@@ -26,23 +25,20 @@ pub const SLOTS: usize = 19;
 /// Sensors that the schedule serves: heads and rangers.
 pub const STATIONS: usize = 5;
 
-/// How long a round takes, in ms.
-pub(super) const PERIOD_MS: u16 = 800;
-
-/// When the first of the infrared sensors looks, in ms after the round's start; the others do within the
-/// same frame of the motors.
+/// When the first of the infrared sensors starts to measure, in ms after the round's start; the others start
+/// within the same PWM frame of the motors.
 const LOOK_AT: u16 = 621;
 
-/// When the motors are told what was decided, in ms after the round's start.
+/// When the motors are set, in ms after the round's start.
 const DRIVE_AT: u16 = 772;
 
-/// Between two pulses of a motor, in ms.
-pub(super) const FRAME_MS: u16 = super::MOTOR.config().period_us / 1000;
+/// The PWM frame: the time between two pulses of a motor, in ms.
+pub(super) const FRAME_MS: u16 = MOTOR.config().period_us / 1000;
 
-/// In how many frames a car that was told something moves by it until it is told again.
+/// PWM frames a round: how long one motor command stays in effect.
 pub(super) const ROUND_FRAMES: u16 = PERIOD_MS / FRAME_MS;
 
-/// In how many of them until its heads look.
+/// PWM frames from the start of a motor command until the heads measure.
 pub(super) const LOOK_FRAMES: u16 = {
     let in_frame = DRIVE_AT % FRAME_MS;
     assert!(PERIOD_MS.is_multiple_of(FRAME_MS) && FRAME_MS == 20);
@@ -60,19 +56,19 @@ pub(super) const LOOK_FRAMES: u16 = {
     (LOOK_AT + PERIOD_MS - taken_at) / FRAME_MS
 };
 
-/// Infrared sensors that measure at the same time look at least this far apart.
+/// The least angle between infrared sensors that measure at the same time.
 ///
-/// Open choice: a GP2D02's spot and its lens's view are a few degrees wide, the bumper is narrow.
+/// Open choice: a GP2D02's light spot and field of view are a few degrees wide, and the bumper is narrow.
 const APART: BinaryAngle = BinaryAngle::from_millidegrees(30_000);
 
-/// How long an echo of the car's own sound may linger, in ms: 7 m there and back.
+/// How long echoes of the car's own bursts last, in ms: 7 m there and back.
 const FADES_MS: u16 = 45;
 
 const fn id(number: u8) -> SensorId {
     SensorId::new(number)
 }
 
-/// µs as whole ms, rounded up.
+/// Returns µs as whole ms, rounded up.
 const fn whole_ms(micros: u32) -> u16 {
     let ms = micros.div_ceil(1000);
     assert!(ms < 1000, "longer than any slot");
@@ -104,7 +100,7 @@ const RANGER_STATION: Station = Station {
     fades: FADES_MS,
 };
 
-/// The round, checked when the program is built.
+/// The round, checked at compile time.
 pub static SCHEDULE: Schedule<SLOTS, STATIONS> = {
     assert!(HEADS + RANGERS == 5);
     let config = ScheduleConfig {

@@ -379,7 +379,7 @@ impl From<Drive> for DriveReport {
         Self {
             right: drive.wheels.right.to_num(),
             left: drive.wheels.left.to_num(),
-            conduct: drive.conduct.to_string(),
+            conduct: drive.state.to_string(),
             to_goal_mm: drive.to_goal.get(),
         }
     }
@@ -501,7 +501,7 @@ fn place(pose: &Pose) -> String {
 }
 
 fn drive_line(drive: &Drive) -> String {
-    let action = match drive.conduct {
+    let action = match drive.state {
         DriveState::Lost | DriveState::Restarted => ": start it by hand",
         _ => "",
     };
@@ -510,7 +510,7 @@ fn drive_line(drive: &Drive) -> String {
         place(&drive.pose),
         drive.wheels.right,
         drive.wheels.left,
-        drive.conduct,
+        drive.state,
         drive.to_goal
     )
 }

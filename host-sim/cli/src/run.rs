@@ -479,7 +479,7 @@ impl<'a> Journey<'a> {
         let goal_radius = CONTROL.config().goal_radius;
         JourneyReport {
             reached: truly.to_goal_mm <= goal_radius.get(),
-            conduct: last.map(|drive| drive.conduct.to_string()),
+            conduct: last.map(|drive| drive.state.to_string()),
             rounds_moved: self.rounds_moved(),
             collisions: stage.map_or(0, |stage| stage.collisions),
             goal_x_mm: GOAL.x_mm(),

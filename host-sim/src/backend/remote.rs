@@ -7,7 +7,9 @@ use super::image::Image;
 use super::outcome::{BackendError, RunDetails};
 use crate::bench::{Bench, MILLISECOND};
 use certainty_firmware::executive::{Dispatcher, DueQueue, Executive};
-use certainty_firmware::remote::{Link, Refused, RemoteClock, RemoteWatchdog, Request, wire};
+use certainty_firmware::remote::{
+    Link, RemoteClock, RemoteWatchdog, Request, RequestRefused, wire,
+};
 use certainty_firmware::smart_car::{SCHEDULE, SmartCar, remote_wiring};
 use core::cell::RefCell;
 use core::time::Duration;
@@ -40,20 +42,20 @@ impl Bridge {
     ///
     /// # Errors
     ///
-    /// [`Refused`] where the bench has no such line or channel, or where it has failed.
-    fn serve(&mut self, request: Request) -> Result<u32, Refused> {
+    /// [`RequestRefused`] where the bench has no such line or channel, or where it has failed.
+    fn serve(&mut self, request: Request) -> Result<u32, RequestRefused> {
         match request {
             Request::Drive(line, high) => {
                 let driven = self.bench.set_level(line, high, self.now_ns);
-                driven.map(|()| 0).map_err(|_| Refused)
+                driven.map(|()| 0).map_err(|_| RequestRefused)
             }
             Request::Level(line) => {
                 let level = self.bench.level(line, self.now_ns);
-                level.map(u32::from).map_err(|_| Refused)
+                level.map(u32::from).map_err(|_| RequestRefused)
             }
             Request::Pulse(channel, micros) => {
                 let set = self.bench.set_pulse(channel, micros.into(), self.now_ns);
-                set.map(|()| 0).map_err(|_| Refused)
+                set.map(|()| 0).map_err(|_| RequestRefused)
             }
             Request::Pass(nanoseconds) => {
                 self.now_ns += u64::from(nanoseconds);
@@ -111,12 +113,12 @@ impl Bridge {
 struct InProcess(RefCell<Bridge>);
 
 impl Link for InProcess {
-    fn ask(&self, request: Request) -> Result<u32, Refused> {
+    fn request(&self, request: Request) -> Result<u32, RequestRefused> {
         self.0.borrow_mut().serve(request)
     }
 
     fn pass(&self, nanoseconds: u32) {
-        let _ = self.ask(Request::Pass(nanoseconds)); // never refused
+        let _ = self.request(Request::Pass(nanoseconds)); // never refused
     }
 
     fn micros(&self) -> u32 {
@@ -188,7 +190,7 @@ pub(super) fn run_qemu(
             let request = wire::decode(request).ok_or(BackendError::UnknownProtocol)?;
             let answer = bridge.serve(request);
             if !matches!(request, Request::Pass(_)) {
-                emulator.write(&wire::answer(answer, bridge.micros()))?;
+                emulator.write(&wire::encode_answer(answer, bridge.micros()))?;
             }
         }
         let telemetry = bridge.take_telemetry();

@@ -192,7 +192,7 @@ mod tests {
     use super::*;
     use certainty_core::transducer::Missing;
     use certainty_firmware::gp2d02::{CONVERSION_US, Fault, Gp2d02, MEASURE_US, READ_US, START_US};
-    use certainty_firmware::stopwatch::OPERATION_US;
+    use certainty_firmware::timing::OPERATION_US;
     use core::cell::RefCell;
     use std::rc::Rc;
 

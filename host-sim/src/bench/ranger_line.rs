@@ -116,7 +116,7 @@ mod tests {
     use certainty_core::transducer::Reading;
     use certainty_core::units::Millimeters;
     use certainty_firmware::ranger::{Fault, MEASURE_US, Ranger, RangerLimits};
-    use certainty_firmware::stopwatch::OPERATION_US;
+    use certainty_firmware::timing::OPERATION_US;
     use core::cell::RefCell;
     use std::rc::Rc;
 

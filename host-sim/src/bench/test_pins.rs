@@ -7,7 +7,7 @@ use embedded_hal::{digital, pwm};
 use std::rc::Rc;
 
 use certainty_firmware::servo::{Servo, ServoModel};
-use certainty_firmware::stopwatch::Stopwatch;
+use certainty_firmware::timing::Stopwatch;
 
 use super::fault::MICROSECOND;
 use super::gp2d02_line::Gp2d02Line;

@@ -1,2 +1,2 @@
-//! Images for the STM32F100RB; they are in `src/bin`.
+#![doc = include_str!("../README.md")]
 #![no_std]

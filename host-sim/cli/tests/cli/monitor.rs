@@ -377,7 +377,7 @@ fn the_drive_is_in_the_text_and_in_json() {
             right: Effort::lit("0.75"),
             left: Effort::lit("-0.25"),
         },
-        conduct: DriveState::Slowed,
+        state: DriveState::Slowed,
         to_goal: Millimeters::new(1234),
     };
     let mut frame = [0; FRAME];
@@ -412,7 +412,7 @@ fn a_state_that_needs_a_start_by_hand_is_rendered() {
         let report = Report::Drive(Drive {
             pose: POSE,
             wheels: Wheels::STOPPED,
-            conduct,
+            state: conduct,
             to_goal: Millimeters::new(762),
         });
         let mut frame = [0; FRAME];

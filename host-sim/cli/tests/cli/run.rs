@@ -36,7 +36,7 @@ fn on(backend: &str, rounds: u32, faults: &str) -> Option<Value> {
     let folder = tempfile::tempdir().unwrap();
     let image = match backend {
         "native" => String::new(),
-        "qemu" if !firmware::qemu_is_there() => return None,
+        "qemu" if !firmware::qemu_is_installed() => return None,
         "qemu" => format!(" --image {}", firmware::image("qemu")?.display()),
         _ => format!(" --image {}", firmware::image("smart_car")?.display()),
     };

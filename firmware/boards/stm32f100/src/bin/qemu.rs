@@ -1,27 +1,31 @@
 //! The Smart Car under QEMU: its pins, pulses and time are at the far end of USART1.
 //!
-//! Whoever is at the far end owns virtual time, the world and the sensors (`certainty run --on qemu`).
-//! Everything above the pins, drivers and executive included, is what is flashed.
+//! The far end simulates time, the world and the sensors (`certainty run --on qemu`). Everything above the
+//! pins, drivers and executive included, is the same code as in the image to flash.
 #![no_std]
 #![no_main]
 
 use certainty_firmware::board::Watchdog;
 use certainty_firmware::executive::{Dispatcher, DueQueue, Executive};
-use certainty_firmware::remote::{Link, Refused, RemoteClock, RemoteWatchdog, Request, wire};
+use certainty_firmware::remote::{
+    Link, RemoteClock, RemoteWatchdog, Request, RequestRefused, wire,
+};
 use certainty_firmware::smart_car::{SCHEDULE, SmartCar, remote_wiring};
 use core::cell::Cell;
 use cortex_m as _; // the critical section
+#[cfg(feature = "defmt-rtt")]
+use defmt_rtt as _;
 use stm32f1xx_hal::pac::{Peripherals, RCC, USART1};
 
-/// USART1 of the emulated chip; its bytes are the far end's.
+/// USART1 of the emulated chip, connected to the far end.
 struct Usart {
     port: USART1,
-    /// The time as the last answer told it; `None` once time was let pass since.
+    /// The time of the last answer; `None` once time has passed since.
     micros: Cell<Option<u32>>,
 }
 
 impl Usart {
-    /// QEMU passes bytes at once, so that the rate does not matter.
+    /// QEMU transfers bytes at once, so the baud rate does not matter.
     fn new(usart: USART1, rcc: &RCC) -> Self {
         rcc.apb2enr().modify(|_, w| w.usart1en().enabled());
         usart
@@ -33,7 +37,7 @@ impl Usart {
         }
     }
 
-    /// The far end takes what is sent: QEMU is never full.
+    /// Sends bytes; QEMU always has room.
     fn write(&self, bytes: &[u8]) {
         for &byte in bytes {
             while self.port.sr().read().txe().bit_is_clear() {}
@@ -41,7 +45,7 @@ impl Usart {
         }
     }
 
-    /// Waits for the far end, which ends the emulator when it has seen enough.
+    /// Waits for a byte from the far end, which ends the emulator when it is done.
     fn read(&self) -> u8 {
         while self.port.sr().read().rxne().bit_is_clear() {}
         self.port.dr().read().dr().bits().to_le_bytes()[0]
@@ -49,13 +53,13 @@ impl Usart {
 }
 
 impl Link for Usart {
-    fn ask(&self, request: Request) -> Result<u32, Refused> {
+    fn request(&self, request: Request) -> Result<u32, RequestRefused> {
         self.write(&wire::encode(request));
         let mut answer = [0; wire::ANSWER];
         for byte in &mut answer {
             *byte = self.read();
         }
-        let (answer, micros) = wire::answered(answer);
+        let (answer, micros) = wire::decode_answer(answer);
         self.micros.set(Some(micros));
         answer
     }
@@ -67,7 +71,8 @@ impl Link for Usart {
 
     fn micros(&self) -> u32 {
         if self.micros.get().is_none() {
-            let _told = self.ask(Request::Micros);
+            // On error the time stays unknown, and 0 is returned.
+            let _ = self.request(Request::Micros);
         }
         self.micros.get().unwrap_or_default()
     }
@@ -80,7 +85,7 @@ impl Link for Usart {
     }
 }
 
-/// Tells how much of the stack is unused before the round's end is told.
+/// Reports the unused stack before it feeds the watchdog, at the end of a round.
 struct StackWatch<'a> {
     link: &'a Usart,
     watchdog: RemoteWatchdog<'a, Usart>,
@@ -88,7 +93,8 @@ struct StackWatch<'a> {
 
 impl Watchdog for StackWatch<'_> {
     fn feed(&mut self) {
-        let _refused = self.link.ask(Request::Unused(stack::unused()));
+        // The number is for information; an error changes nothing.
+        let _ = self.link.request(Request::Unused(stack::unused()));
         self.watchdog.feed();
     }
 }
@@ -97,7 +103,7 @@ impl Watchdog for StackWatch<'_> {
 fn main() -> ! {
     if let Some(chip) = Peripherals::take() {
         let link = Usart::new(chip.USART1, &chip.RCC);
-        // By reference, or the stack would hold the car twice.
+        // By reference: by value the stack would hold the car twice.
         if let Ok(car) = &mut SmartCar::try_new(remote_wiring(&link)) {
             let queue = DueQueue::new();
             let clock = RemoteClock::new(&link, Dispatcher::new(&SCHEDULE), &queue);
@@ -114,7 +120,7 @@ fn main() -> ! {
     stop()
 }
 
-/// The far end notices that nothing comes any more.
+/// Stops; the far end detects that no more requests come.
 fn stop() -> ! {
     loop {
         cortex_m::asm::wfi();
@@ -126,7 +132,7 @@ fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
     stop()
 }
 
-/// How deep the stack ever was, by the paint that is left (feature `paint-stack` of the runtime).
+/// Measures the deepest stack by the remaining paint (feature `paint-stack` of the runtime).
 mod stack {
     use cortex_m_rt::STACK_PAINT_VALUE;
 

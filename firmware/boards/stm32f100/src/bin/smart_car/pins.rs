@@ -1,22 +1,68 @@
-//! Which pin is what; the same table is in `docs/hardware.md`.
+//! Pins and pulse channels; the table of pins is in `docs/hardware.md`.
 
-use crate::any_of::any_of;
-use crate::clock::Time;
-use crate::pulses::Pulses;
+use crate::clock::{Light, Time};
 use crate::serial::SerialOutbox;
-use crate::watchdog::Light;
-use certainty_firmware::board::{Board, HeadWires, MotorWires, RangerWires, Start, Wiring};
+use certainty_firmware::board::{Board, HeadWires, MotorWires, RangerWires, ResetCause, Wiring};
 use certainty_firmware::smart_car::{HEADS, RANGERS};
+use core::convert::Infallible;
 use core::marker::PhantomData;
+use core::ops::Deref;
+use embedded_hal::pwm::{ErrorType, SetDutyCycle};
 use stm32f1xx_hal::gpio::{
     GpioExt, Input, OpenDrain, Output, PB10, PB11, PB12, PB13, PB14, PC0, PC1, PC10, PC11, PC12,
     PinState, PullDown, PushPull,
 };
-use stm32f1xx_hal::pac::{GPIOA, GPIOB, GPIOC, RCC};
+use stm32f1xx_hal::pac::tim2::RegisterBlock;
+use stm32f1xx_hal::pac::{GPIOA, GPIOB, GPIOC, RCC, TIM3, TIM4};
 use stm32f1xx_hal::rcc::RccExt;
 
+/// Defines an enum of pins in the same mode that implements that mode's trait, so that pins fit an array.
+///
+/// The HAL has such a type with a pin number at run time; it panics for a number above 15, and this image
+/// must not contain a panic.
+macro_rules! any_of {
+    ($(#[$doc:meta])* $name:ident: Output<$mode:ty> = $($pin:ident)|+) => {
+        $(#[$doc])*
+        pub(crate) enum $name { $($pin($pin<Output<$mode>>)),+ }
+
+        impl embedded_hal::digital::ErrorType for $name {
+            type Error = core::convert::Infallible;
+        }
+
+        impl embedded_hal::digital::OutputPin for $name {
+            fn set_low(&mut self) -> Result<(), Self::Error> {
+                match self { $(Self::$pin(pin) => pin.set_low()),+ }
+                Ok(())
+            }
+
+            fn set_high(&mut self) -> Result<(), Self::Error> {
+                match self { $(Self::$pin(pin) => pin.set_high()),+ }
+                Ok(())
+            }
+        }
+    };
+    ($(#[$doc:meta])* $name:ident: Input<$mode:ty> = $($pin:ident)|+) => {
+        $(#[$doc])*
+        pub(crate) enum $name { $($pin($pin<Input<$mode>>)),+ }
+
+        impl embedded_hal::digital::ErrorType for $name {
+            type Error = core::convert::Infallible;
+        }
+
+        impl embedded_hal::digital::InputPin for $name {
+            fn is_high(&mut self) -> Result<bool, Self::Error> {
+                match self { $(Self::$pin(pin) => pin.is_high()),+ }
+            }
+
+            fn is_low(&mut self) -> Result<bool, Self::Error> {
+                match self { $(Self::$pin(pin) => pin.is_low()),+ }
+            }
+        }
+    };
+}
+
 any_of! {
-    /// Open drain: a GP2D02 takes 3 V at most on its Vin, and pulls it up itself.
+    /// Open drain: a GP2D02 takes 3 V at most on its Vin and has the pull-up.
     Vin: Output<OpenDrain> = PB12 | PB13 | PB14
 }
 
@@ -26,7 +72,7 @@ any_of! {
 }
 
 any_of! {
-    /// To a ranger, which takes 3 V as high.
+    /// Input of a ranger, for which 3 V are high.
     Trigger: Output<PushPull> = PC0 | PC1
 }
 
@@ -35,7 +81,7 @@ any_of! {
     Echo: Input<PullDown> = PB10 | PB11
 }
 
-/// The STM32F100RB with the car's devices on its pins.
+/// The board: an STM32F100RB with the car's devices on its pins.
 pub(crate) struct Stm32f100<'a>(PhantomData<&'a ()>);
 
 impl<'a> Board for Stm32f100<'a> {
@@ -50,15 +96,15 @@ impl<'a> Board for Stm32f100<'a> {
     type Outbox = SerialOutbox;
 }
 
-/// The pins, each in its mode.
+/// The configured pins.
 pub(crate) struct Pins {
     pub(crate) lines: Lines,
     pub(crate) heartbeat: Light,
-    /// Who started the microcontroller.
-    pub(crate) start: Start,
+    /// What started the microcontroller.
+    pub(crate) reset_cause: ResetCause,
 }
 
-/// Those to the sensors.
+/// The pins of the sensors.
 pub(crate) struct Lines {
     vin: [Vin; HEADS as usize],
     vout: [Vout; HEADS as usize],
@@ -66,12 +112,11 @@ pub(crate) struct Lines {
     echo: [Echo; RANGERS as usize],
 }
 
-/// Sets every pin's mode, and starts the clocks of all peripherals that the car uses.
+/// Sets every pin's mode and enables the clocks of all peripherals that the car uses.
 ///
-/// All stays on the internal 8 MHz oscillator, on which the microcontroller wakes up, and every
-/// peripheral comes out where it does by itself.
+/// The microcontroller stays on its internal 8 MHz oscillator, and every peripheral on its default pins.
 pub(crate) fn set_up(rcc: RCC, ports: (GPIOA, GPIOB, GPIOC)) -> Pins {
-    let start = started(&rcc);
+    let reset_cause = take_reset_cause(&rcc);
     let mut rcc = rcc.constrain();
     rcc.apb2enr().modify(|_, w| w.usart1en().enabled());
     rcc.apb1enr()
@@ -79,7 +124,7 @@ pub(crate) fn set_up(rcc: RCC, ports: (GPIOA, GPIOB, GPIOC)) -> Pins {
     let mut a = ports.0.split(&mut rcc);
     let mut b = ports.1.split(&mut rcc);
     let mut c = ports.2.split(&mut rcc);
-    // Servos, motors and the serial line's output stay with their peripherals for good.
+    // The pins of servos, motors and the serial output belong to their peripherals.
     a.pa6.into_alternate_push_pull(&mut a.crl);
     a.pa7.into_alternate_push_pull(&mut a.crl);
     b.pb0.into_alternate_push_pull(&mut b.crl);
@@ -113,36 +158,37 @@ pub(crate) fn set_up(rcc: RCC, ports: (GPIOA, GPIOB, GPIOC)) -> Pins {
             echo,
         },
         heartbeat: c.pc9.into_push_pull_output(&mut c.crh),
-        start,
+        reset_cause,
     }
 }
 
-/// Tells who started the microcontroller, and forgets it: the flags stay until they are cleared or the power goes, and
-/// the next press of the button would pass for what was before it.
+/// Reads the cause of the reset and clears its flags.
 ///
-/// Every reset pulls the reset pin, so that the flag of that pin says nothing.
-fn started(rcc: &RCC) -> Start {
+/// The flags stay set until they are cleared or the power is switched off; without clearing them the next
+/// press of the reset button would look like the reset before it. Every reset sets the flag of the reset pin,
+/// so that flag is not used.
+fn take_reset_cause(rcc: &RCC) -> ResetCause {
     let flags = rcc.csr().read();
     rcc.csr().modify(|_, w| w.rmvf().set_bit());
-    let by_itself = flags.iwdgrstf().bit_is_set()
+    let automatic = flags.iwdgrstf().bit_is_set()
         || flags.wwdgrstf().bit_is_set()
         || flags.sftrstf().bit_is_set()
         || flags.lpwrrstf().bit_is_set();
-    if by_itself {
-        Start::ByItself
+    if automatic {
+        ResetCause::Automatic
     } else {
-        Start::ByHand
+        ResetCause::Manual
     }
 }
 
 impl Lines {
-    /// Puts together what the application is wired to.
+    /// Returns the application's wiring.
     pub(crate) fn wire<'a>(
         self,
         servos: [Pulses<'a>; HEADS as usize],
         [right, left]: [Pulses<'a>; 2],
         outbox: SerialOutbox,
-        start: Start,
+        reset_cause: ResetCause,
     ) -> Wiring<Stm32f100<'a>, { HEADS as usize }, { RANGERS as usize }> {
         let [vin_1, vin_2, vin_3] = self.vin;
         let [vout_1, vout_2, vout_3] = self.vout;
@@ -162,7 +208,109 @@ impl Lines {
             delay: Time,
             stopwatch: Time,
             outbox,
-            start,
+            reset_cause,
         }
+    }
+}
+
+/// The time from one pulse to the next, in µs: 50 Hz.
+const PERIOD_US: u16 = 20_000;
+
+/// Both timers, shared by their channels: the servos' TIM3 (channels 1 to 3) and the motors' TIM4 (1 and 2).
+pub(crate) struct Timers {
+    servos: TIM3,
+    motors: TIM4,
+}
+
+impl Timers {
+    /// Configures the timers; their clocks must be enabled and their pins configured.
+    ///
+    /// The timers start together when the first pulse width is set, so the periods of both are in step with the
+    /// schedule. A channel's width is zero until it is set, so no servo or motor gets a pulse before that.
+    pub(crate) fn new(servos: TIM3, motors: TIM4) -> Self {
+        configure(&servos);
+        configure(&motors);
+        Self { servos, motors }
+    }
+
+    /// Returns the servos' channels, in their order.
+    pub(crate) fn servos(&self) -> [Pulses<'_>; 3] {
+        [Channel::One, Channel::Two, Channel::Three].map(|channel| Pulses {
+            timers: self,
+            timer: &self.servos,
+            channel,
+        })
+    }
+
+    /// Returns the motors' channels: right, left.
+    pub(crate) fn motors(&self) -> [Pulses<'_>; 2] {
+        [Channel::One, Channel::Two].map(|channel| Pulses {
+            timers: self,
+            timer: &self.motors,
+            channel,
+        })
+    }
+
+    /// Starts both timers; later calls do nothing.
+    fn start(&self) {
+        let timers: [&RegisterBlock; 2] = [&self.servos, &self.motors];
+        if self.servos.cr1().read().cen().is_disabled() {
+            for timer in timers {
+                // The update event loads the configuration.
+                timer.egr().write(|w| w.ug().update());
+                timer.cr1().write(|w| w.arpe().enabled().cen().enabled());
+            }
+        }
+    }
+}
+
+/// Configures channels 1 to 3 for pulses in steps of a microsecond.
+fn configure(timer: &impl Deref<Target = RegisterBlock>) {
+    timer.psc().write(|w| w.psc().set(8 - 1)); // 8 MHz to 1 MHz
+    timer.arr().write(|w| w.arr().set(PERIOD_US - 1));
+    // A new width takes effect in the next period, so no pulse is cut short.
+    timer.ccmr1_output().write(|w| {
+        w.oc1m().pwm_mode1().oc1pe().enabled();
+        w.oc2m().pwm_mode1().oc2pe().enabled()
+    });
+    timer
+        .ccmr2_output()
+        .write(|w| w.oc3m().pwm_mode1().oc3pe().enabled());
+    timer
+        .ccer()
+        .write(|w| w.cc1e().set_bit().cc2e().set_bit().cc3e().set_bit());
+}
+
+enum Channel {
+    One,
+    Two,
+    Three,
+}
+
+/// A channel; its duty is the pulse width in microseconds.
+pub(crate) struct Pulses<'a> {
+    timers: &'a Timers,
+    timer: &'a RegisterBlock,
+    channel: Channel,
+}
+
+impl ErrorType for Pulses<'_> {
+    type Error = Infallible;
+}
+
+impl SetDutyCycle for Pulses<'_> {
+    fn max_duty_cycle(&self) -> u16 {
+        PERIOD_US
+    }
+
+    fn set_duty_cycle(&mut self, duty: u16) -> Result<(), Infallible> {
+        let compare = match self.channel {
+            Channel::One => self.timer.ccr1(),
+            Channel::Two => self.timer.ccr2(),
+            Channel::Three => self.timer.ccr3(),
+        };
+        compare.write(|w| w.ccr().set(duty));
+        self.timers.start();
+        Ok(())
     }
 }

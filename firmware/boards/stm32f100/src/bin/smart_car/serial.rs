@@ -1,26 +1,32 @@
-//! Reports: a queue of bytes that USART1's interrupt sends, one after the other.
+//! Telemetry: a queue of bytes that the interrupt of USART1 sends.
 
 use certainty_firmware::mailbox::Mailbox;
 use certainty_firmware::telemetry::Outbox;
 use core::cell::Cell;
 use cortex_m::peripheral::NVIC;
 use critical_section::Mutex;
+#[cfg(feature = "defmt-rtt")]
+use defmt_rtt as _;
 use stm32f1xx_hal::pac::{Interrupt, USART1, interrupt};
 
-/// Room for the bytes of a round's reports that are not sent while they are made.
-const ROOM: usize = 640;
+// The time stamp of the logs on RTT.
+#[cfg(feature = "defmt-rtt")]
+defmt::timestamp!("{=u32:ms}", crate::clock::ticks());
 
-/// The bytes that wait.
+/// Room for the bytes of a round's reports that are not sent while the round is reported.
+const ROOM: usize = 639;
+
+/// The bytes to send.
 static BYTES: Mailbox<u8, ROOM> = Mailbox::new();
 
-/// The port lies here until the interrupt comes for it.
+/// Holds the port until the first interrupt takes it.
 static HANDOVER: Mutex<Cell<Option<USART1>>> = Mutex::new(Cell::new(None));
 
-/// Sets USART1 up for 115,200 baud, 8 bits, no parity, one stop bit.
+/// Configures USART1 for 115,200 baud, 8 bits, no parity, one stop bit.
 ///
-/// Its clock must run already.
+/// Its clock must be enabled.
 pub(crate) fn start(usart: USART1, nvic: &mut NVIC) -> SerialOutbox {
-    // 8 MHz / 115,200 = 69.4, and 69 = 16 · 4 + 5: 0.6 % fast, of the 2 % or so that a receiver takes.
+    // 8 MHz / 115,200 = 69.4, and 69 = 16 · 4 + 5: 0.6 % fast; a receiver tolerates about 2 %.
     usart
         .brr()
         .write(|w| w.div_mantissa().set(4).div_fraction().set(5));
@@ -31,12 +37,12 @@ pub(crate) fn start(usart: USART1, nvic: &mut NVIC) -> SerialOutbox {
 }
 
 fn nvic_unmask(_: &mut NVIC) {
-    // SAFETY: the interrupt shares nothing with the main loop but what is made for sharing, a queue and
-    // a handover, and no critical section here relies on interrupt masks of its own.
+    // SAFETY: the interrupt shares only a `Mailbox` and a `Mutex` with the main loop, and no critical section
+    // here relies on the mask of this interrupt.
     unsafe { NVIC::unmask(Interrupt::USART1) }
 }
 
-/// The queue's other end.
+/// The main loop's end of the queue.
 pub(crate) struct SerialOutbox(());
 
 impl Outbox for SerialOutbox {
@@ -45,15 +51,15 @@ impl Outbox for SerialOutbox {
             return false;
         }
         for &byte in frame {
-            // There is room: only this end takes it up.
-            let _full = BYTES.put(byte);
+            // Cannot fail: there is room, and only this end adds bytes.
+            let _ = BYTES.put(byte);
         }
         NVIC::pend(Interrupt::USART1);
         true
     }
 }
 
-/// Comes when bytes were put into the queue, and then whenever the port has room for one.
+/// Runs when bytes were put into the queue, and then whenever the port has room for a byte.
 #[interrupt]
 fn USART1() {
     static mut PORT: Option<USART1> = None;

@@ -1,7 +1,7 @@
-//! A run without sensors: made-up readings through the Smart Car's real fusion level.
+//! Generated readings through the Smart Car's fusion level.
 //!
-//! The same readings on every machine must give the same grid and the same health, bit for bit. The
-//! digest says whether they did.
+//! The same readings must give the same grid and the same health on every machine, bit for bit; the digest
+//! compares them.
 
 use certainty_core::fusion::{Beam, Mapper, RobustRules};
 use certainty_core::health::{Health, HealthRules};
@@ -13,35 +13,35 @@ use certainty_firmware::smart_car::{self, CELLS, SENSORS, SWEEP, SmartCarGrid, S
 use core::fmt;
 use fixed::types::U0F16;
 
-/// Sweeps of every head in the rehearsal.
+/// Sweeps of every head in a run.
 pub const SWEEPS: u32 = 6;
 
-/// What a rehearsal came to.
+/// The result of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Outcome {
     /// FNV-1a of all cells, confidences and counts.
     pub digest: u32,
-    /// Cells that the readings said something about.
-    pub told: u32,
+    /// Cells that the readings updated, with repetitions.
+    pub updates: u32,
 }
 
-/// The rehearsal's parts do not fit each other; they always do.
+/// A configuration of the run is invalid; a test shows that this does not happen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct InitError;
 
 impl fmt::Display for InitError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("the grid or a sensor was refused")
+        f.write_str("a configuration of the run is invalid")
     }
 }
 
 impl core::error::Error for InitError {}
 
-/// Runs the rehearsal.
+/// Runs once.
 ///
 /// # Errors
 ///
-/// [`InitError`], which would be a defect here: nothing depends on the outside.
+/// [`InitError`], which would be a defect: there is no input.
 pub fn run() -> Result<Outcome, InitError> {
     let owners = [0; certainty_core::fusion::owner_bytes(CELLS, SENSORS)];
     let rules = RobustRules::DEFAULT;
@@ -50,8 +50,8 @@ pub fn run() -> Result<Outcome, InitError> {
     let mut mapper: Mapper<_, [Health; SENSORS as usize]> = Mapper::new(grid, HealthRules::DEFAULT);
     const ACCURACY: U0F16 = U0F16::lit("0.1");
     let model = smart_car::beam_model(ACCURACY);
-    let mut dice = Dice::new(1);
-    let mut told = 0_u32;
+    let mut random = Random::new(1);
+    let mut updates = 0_u32;
     for step in 0..SWEEPS.saturating_mul(SWEEP.directions().into()) {
         for slot in 0..SENSORS {
             let id = SensorId::from_slot(slot.into()).ok_or(InitError)?;
@@ -59,13 +59,13 @@ pub fn run() -> Result<Outcome, InitError> {
             let beam = Beam {
                 origin: look.at,
                 bearing: look.heading,
-                reading: dice.reading(),
+                reading: random.reading(),
             };
             let now = Ticks::new(step.saturating_mul(100));
             let cells = mapper
                 .integrate(id, &beam, &model, now)
                 .map_err(|_| InitError)?;
-            told = told.saturating_add(cells);
+            updates = updates.saturating_add(cells);
         }
     }
     let map = mapper.environment();
@@ -81,15 +81,15 @@ pub fn run() -> Result<Outcome, InitError> {
     }
     Ok(Outcome {
         digest: digest.value(),
-        told,
+        updates,
     })
 }
 
-/// A small generator of made-up readings (xorshift, 32 bits).
-pub(crate) struct Dice(u32);
+/// A random number generator (xorshift, 32 bits).
+pub(crate) struct Random(u32);
 
-impl Dice {
-    /// Throws that `seed`, not zero, decides.
+impl Random {
+    /// Creates a generator from `seed`, which must not be zero.
     pub(crate) const fn new(seed: u32) -> Self {
         Self(seed)
     }
@@ -117,10 +117,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_rehearsal_uses_every_kind_of_reading_and_repeats_itself() {
+    fn a_run_is_reproducible() {
         let outcome = run().unwrap();
         assert_eq!(run(), Ok(outcome));
-        // Six sweeps of 37 directions by three heads, most of them with several cells.
-        assert!(outcome.told > 6 * 37 * 3);
+        // Six sweeps of 37 directions by three heads; most readings update several cells.
+        assert!(outcome.updates > 6 * 37 * 3);
     }
 }

@@ -1,9 +1,9 @@
-//! One sonar ring checked without sensors: a made-up room through the real diagnosis (\[003\]).
+//! A generated room through the diagnosis of a sonar ring (\[003\]).
 //!
-//! The scan, the echoes and their noise are made in integers, so that every machine gets the same ones
-//! and must come to the same polygon, vectors and verdicts, bit for bit. The digest says whether it did.
+//! The scan, the echoes and their noise are generated in integers, so every machine must compute the same
+//! polygon, vectors and verdicts, bit for bit; the digest compares them.
 
-use crate::rehearsal::{Dice, InitError};
+use crate::fusion_run::{InitError, Random};
 use certainty_core::sensor::SensorId;
 use certainty_core::transducer::Reading;
 use certainty_core::units::{BinaryAngle, Direction, Millimeters, Point, Pose};
@@ -19,13 +19,13 @@ const SONARS: usize = 24;
 /// Beams of both scanners.
 const BEAMS: usize = 722;
 
-/// Room for elements of the polygon.
+/// The most elements of the polygon.
 pub const ELEMENTS: usize = 64;
 
 /// The sonar whose distances are falsified in the second assessment, as in \[003\] §7.
 pub const FALSIFIED: u8 = 4;
 
-/// What a rehearsal came to.
+/// The result of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Outcome {
     /// FNV-1a of polygon, distances, vectors and verdicts.
@@ -51,7 +51,7 @@ pub struct Ticks {
     pub vectors: u32,
 }
 
-/// A wall along x or y, both faces: where it is, and from where to where.
+/// A wall at a constant x or y: its position, and where it starts and ends.
 #[derive(Clone, Copy)]
 enum Wall {
     AcrossX(i64, i64, i64),
@@ -72,12 +72,12 @@ const ROOM: [Wall; 12] = [
     Wall::AcrossX(1450, 500, 850),
     Wall::AcrossY(500, 1100, 1450),
     Wall::AcrossY(850, 1100, 1450),
-    // A cabinet in the way of the right scanner.
+    // A cabinet that hides a part of the room from the right scanner.
     Wall::AcrossX(500, -1500, -1000),
     Wall::AcrossY(-1000, 500, 2400),
 ];
 
-/// How far it is from a place to the nearest wall in a direction, in millimetres.
+/// Returns the distance from a point to the nearest wall in a direction, in millimetres.
 fn range(from: Point, direction: Direction) -> u32 {
     const FAR: i64 = 8000;
     let (x, y) = (i64::from(from.x_mm()), i64::from(from.y_mm()));
@@ -88,15 +88,15 @@ fn range(from: Point, direction: Direction) -> u32 {
             Wall::AcrossY(at, start, end) => (at, start, end, y, x, sin, cos),
         };
         let away = (at.wrapping_sub(from) << Direction::FRACTION_BITS).checked_div(along)?;
-        let met = beside.wrapping_add(away.wrapping_mul(across) >> Direction::FRACTION_BITS);
-        (away > 0 && away < FAR && met >= start && met <= end).then_some(away)
+        let hit = beside.wrapping_add(away.wrapping_mul(across) >> Direction::FRACTION_BITS);
+        (away > 0 && away < FAR && hit >= start && hit <= end).then_some(away)
     });
     let nearest = hits.min().unwrap_or(FAR);
     u32::try_from(nearest).unwrap_or(0)
 }
 
-/// Both scanners' beams, off by up to 15 mm.
-fn fill(scan: &mut Scan<BEAMS>, dice: &mut Dice) -> Result<(), InitError> {
+/// Adds both scanners' beams, with noise of up to 15 mm.
+fn fill(scan: &mut Scan<BEAMS>, random: &mut Random) -> Result<(), InitError> {
     let behind = BinaryAngle::HALF.wrapping_add(BinaryAngle::QUARTER);
     for heading in [BinaryAngle::QUARTER, behind] {
         let mount = Pose::new(Point::ORIGIN, heading);
@@ -105,7 +105,7 @@ fn fill(scan: &mut Scan<BEAMS>, dice: &mut Dice) -> Result<(), InitError> {
             let millidegrees = beam.wrapping_mul(500).wrapping_sub(90_000);
             let bearing = BinaryAngle::from_millidegrees(millidegrees);
             let direction = heading.wrapping_add(bearing).direction();
-            let noise = dice.next() % 31;
+            let noise = random.next() % 31;
             let range = range(mount.at, direction).saturating_add(noise);
             let reading = Reading::Echo(Millimeters::new(range.saturating_sub(15)));
             let added: Result<(), TooManyBeams> = scan.add(&scanner, bearing, reading);
@@ -115,30 +115,32 @@ fn fill(scan: &mut Scan<BEAMS>, dice: &mut Dice) -> Result<(), InitError> {
     Ok(())
 }
 
-/// Scans the room and makes its polygon; the scan is gone from the stack afterwards. Returns how long
-/// the polygon took.
+/// Scans the room and computes its polygon; returns the ticks for the polygon.
+///
+/// Not inlined, so that the scan is not on the stack afterwards.
 #[inline(never)]
 fn look(
     polygon: &mut Polygon<ELEMENTS>,
-    dice: &mut Dice,
+    random: &mut Random,
     clock: &mut impl FnMut() -> u32,
 ) -> Result<u32, InitError> {
     let mut scan = Scan::new();
-    fill(&mut scan, dice)?;
+    fill(&mut scan, random)?;
     let begin = clock();
     let made = polygon.rebuild(&scan, &PolygonRules::DEFAULT);
     made.map_err(|_| InitError)?;
     Ok(clock().wrapping_sub(begin))
 }
 
-/// How far two sonars are apart, in millimetres, by how many places: 600 · sin(7.5° · places).
+/// The distance of two sonars in millimetres, by the places between them: 600 · sin(7.5° · places).
 const APART: [u32; NEIGHBOURS as usize + 1] = [0, 78, 155, 230];
 
-/// Echoes as expected, off by up to 20 mm of way; those of one sonar by 1 m if it is `falsified`.
+/// Returns the expected echoes with noise of up to 20 mm of path; those of the sonar `falsified` are off by
+/// 1 m.
 fn echoes(
     ring: &Ring<SONARS>,
     expected: &Distances<SONARS>,
-    dice: &mut Dice,
+    random: &mut Random,
     falsified: Option<SensorId>,
 ) -> Result<Echoes<SONARS>, InitError> {
     let mut echoes = Echoes::unknown();
@@ -153,7 +155,7 @@ fn echoes(
             let squares = ahead
                 .saturating_mul(ahead)
                 .saturating_add(apart.saturating_mul(*apart));
-            let noise = dice.next() % 41;
+            let noise = random.next() % 41;
             let length = squares.isqrt().saturating_add(noise).saturating_sub(20);
             let wrong = falsified.is_some_and(|wrong| wrong == from || wrong == to);
             let length = match (wrong, length > 2500) {
@@ -170,7 +172,7 @@ fn echoes(
     Ok(echoes)
 }
 
-/// A path's two sonars.
+/// Returns a path's two sonars.
 fn ends(path: Path) -> Option<[SensorId; 2]> {
     let from = path.from()?;
     let to = from.slot().wrapping_add(path.order().into());
@@ -178,20 +180,20 @@ fn ends(path: Path) -> Option<[SensorId; 2]> {
     Some([from, SensorId::from_slot(to)?])
 }
 
-/// Runs two assessments, the first sound and the second with a falsified sonar.
+/// Runs two assessments, the first without a fault and the second with a falsified sonar.
 ///
-/// `clock` counts up, however fast, and wraps; the parts of the first assessment are timed with it.
+/// `clock` counts up at any rate and wraps; it times the parts of the first assessment.
 ///
 /// Memory: the polygon and the scan, then the polygon and what is made of it: below 8 KB of stack.
 ///
 /// # Errors
 ///
-/// [`InitError`], which would be a defect here: nothing depends on the outside.
+/// [`InitError`], which would be a defect: there is no input.
 pub fn run(mut clock: impl FnMut() -> u32) -> Result<Outcome, InitError> {
-    let mut dice = Dice::new(3);
+    let mut random = Random::new(3);
     let mut polygon = Polygon::empty();
-    let ticks = look(&mut polygon, &mut dice, &mut clock)?;
-    let outcome = assess(&polygon, &mut dice, &mut clock)?;
+    let ticks = look(&mut polygon, &mut random, &mut clock)?;
+    let outcome = assess(&polygon, &mut random, &mut clock)?;
     Ok(Outcome {
         ticks: Ticks {
             polygon: ticks,
@@ -201,11 +203,11 @@ pub fn run(mut clock: impl FnMut() -> u32) -> Result<Outcome, InitError> {
     })
 }
 
-/// Assesses the ring in these surroundings, sound and with a falsified sonar.
+/// Assesses the ring without a fault and with a falsified sonar.
 #[inline(never)]
 fn assess(
     polygon: &Polygon<ELEMENTS>,
-    dice: &mut Dice,
+    random: &mut Random,
     clock: &mut impl FnMut() -> u32,
 ) -> Result<Outcome, InitError> {
     let ring = Ring::try_new(RingConfig::DEFAULT).map_err(|_| InitError)?;
@@ -213,18 +215,18 @@ fn assess(
     let mut monitor = Monitor::<SONARS>::new(rules);
     let mut digest = Digest::NEW;
 
-    let seen = clock();
+    let begin = clock();
     let expected = Distances::simulated(&ring, polygon);
     let simulated = clock();
-    let sound = echoes(&ring, &expected, dice, None)?;
+    let sound = echoes(&ring, &expected, random, None)?;
     let measured = clock();
-    let heard = Distances::fold(&ring, &sound, &rules);
+    let folded_echoes = Distances::fold(&ring, &sound, &rules);
     let folded = clock();
-    let assessment = monitor.assess(&ring, Some(&expected), &heard);
+    let assessment = monitor.assess(&ring, Some(&expected), &folded_echoes);
     let done = clock();
     let ticks = Ticks {
         polygon: 0,
-        simulation: simulated.wrapping_sub(seen),
+        simulation: simulated.wrapping_sub(begin),
         fold: folded.wrapping_sub(measured),
         vectors: done.wrapping_sub(folded),
     };
@@ -241,11 +243,11 @@ fn assess(
         digest.word(u32::from(element.kind() as u8) << 8 | u32::from(element.joint() as u8));
     }
     let wrong = SensorId::try_new(FALSIFIED);
-    let falsified = echoes(&ring, &expected, dice, wrong)?;
+    let falsified = echoes(&ring, &expected, random, wrong)?;
     let falsified = Distances::fold(&ring, &falsified, &rules);
     let second = monitor.assess(&ring, Some(&expected), &falsified);
     for path in ring.paths() {
-        for distances in [&expected, &heard, &falsified] {
+        for distances in [&expected, &folded_echoes, &falsified] {
             digest.word(match distances.get(path) {
                 Folded::Distance(distance) => distance.get(),
                 Folded::Inconsistent => u32::MAX,
@@ -282,7 +284,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_rehearsal_finds_the_falsified_sonar_and_repeats_itself() {
+    fn a_run_is_reproducible_and_finds_the_falsified_sonar() {
         let mut time = 0;
         let mut clock = || {
             time += 10;
@@ -290,7 +292,7 @@ mod tests {
         };
         let outcome = run(&mut clock).unwrap();
         assert_eq!(outcome.faulty, 1 << (FALSIFIED - 1));
-        // The room's walls, the cupboard, cabinet and pillar, and what they hide.
+        // The walls, the cupboard, the cabinet and the pillar, and gaps where one hides another.
         assert!((10..=20).contains(&outcome.elements), "{outcome:?}");
         assert_eq!(outcome.ticks.polygon, 10);
         let again = run(|| 0).unwrap();

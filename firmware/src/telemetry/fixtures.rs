@@ -1,8 +1,4 @@
-//! A sender and a receiver with something between them.
-
-mod damage;
-mod frames;
-mod map;
+//! What the tests of this folder share: a sender, a receiver, and reports of every kind.
 
 use super::*;
 use crate::smart_car::{CELLS, SmartCarShape};
@@ -15,14 +11,14 @@ use certainty_core::transducer::{Finding, Missing, Reading};
 use certainty_core::units::{BinaryAngle, Millimeters, Point, Pose, Ticks};
 use proptest::prelude::*;
 
-/// A grid whose cells are what a test makes them.
-struct Drawn {
+/// A grid whose cells a test sets.
+pub(super) struct Drawn {
     geometry: Geometry,
     cells: Vec<u8>,
 }
 
 impl Drawn {
-    fn smart_car(cells: &[u8; CELLS]) -> Self {
+    pub(super) fn smart_car(cells: &[u8; CELLS]) -> Self {
         Self {
             geometry: SmartCarShape.geometry(),
             cells: cells.to_vec(),
@@ -31,16 +27,16 @@ impl Drawn {
 }
 
 impl CertaintyGrid for Drawn {
+    fn clear(&mut self) {
+        self.cells.fill(Certainty::UNCERTAIN.to_bits());
+    }
+
     fn geometry(&self) -> Geometry {
         self.geometry
     }
 
     fn add(&mut self, cell: Cell, measurement: Measurement, _sensors: &mut [Health]) {
         self.cells[cell.index()] = measurement.certainty.to_bits();
-    }
-
-    fn clear(&mut self) {
-        self.cells.fill(Certainty::UNCERTAIN.to_bits());
     }
 
     fn certainty(&self, cell: Cell) -> Certainty {
@@ -52,11 +48,11 @@ impl CertaintyGrid for Drawn {
     }
 }
 
-/// An outbox that keeps everything, and room for so many frames more.
+/// An outbox that stores all bytes, with room for a limited number of frames.
 #[derive(Debug, Clone, Default)]
-struct Line {
-    bytes: Vec<u8>,
-    room: Option<usize>,
+pub(super) struct Line {
+    pub(super) bytes: Vec<u8>,
+    pub(super) room: Option<usize>,
 }
 
 impl Outbox for Line {
@@ -71,27 +67,27 @@ impl Outbox for Line {
     }
 }
 
-const HELLO: Hello = Hello {
+pub(super) const HELLO: Hello = Hello {
     geometry: Geometry::new(17, 11, Millimeters::new(100), Point::from_mm(-850, 0)),
     sensors: 3,
     rangers: 2,
     round_ms: 100,
 };
 
-fn reporter(keyframe_every: u16) -> Reporter<Line, CELLS> {
+pub(super) fn reporter(keyframe_every: u16) -> Reporter<Line, CELLS> {
     Reporter::try_new(Line::default(), HELLO, keyframe_every).unwrap()
 }
 
-/// A receiver, and every map that it showed as complete.
-struct Receiver {
-    decoder: Decoder,
-    view: MapView<[u8; CELLS]>,
-    reports: Vec<Report>,
-    complete: Vec<Vec<u8>>,
+/// A receiver that stores its reports and every map that was complete.
+pub(super) struct Receiver {
+    pub(super) decoder: Decoder,
+    pub(super) view: MapView<[u8; CELLS]>,
+    pub(super) reports: Vec<Report>,
+    pub(super) complete: Vec<Vec<u8>>,
 }
 
 impl Receiver {
-    fn new() -> Self {
+    pub(super) fn new() -> Self {
         Self {
             decoder: Decoder::new(),
             view: MapView::new([7; CELLS], [7; CELLS]),
@@ -100,12 +96,12 @@ impl Receiver {
         }
     }
 
-    fn hear(&mut self, bytes: &[u8]) {
+    pub(super) fn receive(&mut self, bytes: &[u8]) {
         for &byte in bytes {
-            let Some(heard) = self.decoder.push(byte) else {
+            let Some(decoded) = self.decoder.push(byte) else {
                 continue;
             };
-            if let Ok(frame) = heard {
+            if let Ok(frame) = decoded {
                 self.view.take(&frame.report);
                 self.reports.push(frame.report);
             }
@@ -116,27 +112,27 @@ impl Receiver {
         self.decoder.finish();
     }
 
-    fn cells(&self) -> Vec<u8> {
+    pub(super) fn cells(&self) -> Vec<u8> {
         self.view.cells().map(Certainty::to_bits).collect()
     }
 }
 
-/// What `bytes` are heard as.
-fn heard(bytes: &[u8]) -> Receiver {
+/// Returns a receiver that has received `bytes`.
+pub(super) fn received(bytes: &[u8]) -> Receiver {
     let mut receiver = Receiver::new();
-    receiver.hear(bytes);
+    receiver.receive(bytes);
     receiver
 }
 
-/// A run of rounds: the bytes on the line, what was reported, and the maps that were sent.
-struct Sent {
-    bytes: Vec<u8>,
-    reports: Vec<Report>,
-    maps: Vec<Vec<u8>>,
+/// The output of some rounds: the bytes on the line, the reports and the maps.
+pub(super) struct Sent {
+    pub(super) bytes: Vec<u8>,
+    pub(super) reports: Vec<Report>,
+    pub(super) maps: Vec<Vec<u8>>,
 }
 
-/// Rounds of a robot whose map changes in `seed`'s way: maps, health and statistics.
-fn rounds(count: u32, seed: u32, keyframe_every: u16) -> Sent {
+/// Sends rounds of a robot whose map changes at random: maps, health and statistics.
+pub(super) fn rounds(count: u32, seed: u32, keyframe_every: u16) -> Sent {
     let mut reporter = reporter(keyframe_every);
     let mut cells = [128_u8; CELLS];
     let mut dice = seed | 1;
@@ -151,7 +147,7 @@ fn rounds(count: u32, seed: u32, keyframe_every: u16) -> Sent {
         let grid = Drawn::smart_car(&cells);
         let health = [Health::default(); 3];
         let map = Environment::new(&grid, &health);
-        // The grid stands still while a generation goes out, so that its map is known.
+        // The grid is constant during a generation, so that its map is known.
         while !reporter.send_map(&map, 2) {}
         maps.push(cells.to_vec());
         reporter.send_health(&map);
@@ -161,7 +157,7 @@ fn rounds(count: u32, seed: u32, keyframe_every: u16) -> Sent {
         }));
     }
     let bytes = reporter.release().bytes;
-    let reports = heard(&bytes).reports;
+    let reports = received(&bytes).reports;
     Sent {
         bytes,
         reports,
@@ -212,7 +208,7 @@ fn map_parts() -> impl Strategy<Value = MapPart> {
 }
 
 fn drives() -> impl Strategy<Value = Drive> {
-    let conduct = prop::sample::select(vec![
+    let states = prop::sample::select(vec![
         DriveState::Looking,
         DriveState::from(SpeedLimit::None),
         DriveState::from(SpeedLimit::Arrived),
@@ -225,18 +221,18 @@ fn drives() -> impl Strategy<Value = Drive> {
         DriveState::Restarted,
     ]);
     let numbers = any::<(i32, i32, u16, i32, i32, u32)>();
-    (conduct, numbers).prop_map(|(conduct, (x, y, heading, right, left, to_goal))| Drive {
+    (states, numbers).prop_map(|(state, (x, y, heading, right, left, to_goal))| Drive {
         pose: Pose::new(Point::from_mm(x, y), BinaryAngle::from_bits(heading)),
         wheels: Wheels {
             right: Effort::from_bits(right),
             left: Effort::from_bits(left),
         },
-        conduct,
+        state,
         to_goal: Millimeters::new(to_goal),
     })
 }
 
-fn reports() -> impl Strategy<Value = Report> {
+pub(super) fn reports() -> impl Strategy<Value = Report> {
     let status = prop::sample::select(vec![
         Status::Healthy,
         Status::Suspect,
