@@ -60,10 +60,6 @@ pub const SCANNER_POSE: Pose = Pose::new(Point::from_mm(420, 0), BinaryAngle::ZE
 ///
 /// Cells behind an echo are left as they were: they were seen from elsewhere, and a robot that moves would
 /// lose them. The spread is two standard deviations at half the range.
-///
-/// # Panics
-///
-/// Only if the constants of this file do not fit together, which a test excludes.
 #[must_use]
 pub fn beam_model() -> BeamModel {
     let accuracy = U0F16::from_num(2.0 * NOISE_MM / f64::from(FARTHEST.get() / 2));
@@ -72,7 +68,7 @@ pub fn beam_model() -> BeamModel {
         behind: Behind::Untouched,
         ..BeamConfig::narrow(FARTHEST)
     };
-    BeamModel::try_new(config).expect("a range of 4 m")
+    BeamModel::new(config)
 }
 
 /// Returns where the sensors sit and look, and how far.
@@ -91,10 +87,6 @@ pub const fn mountings() -> Mountings {
 /// With noise of 15 mm two readings are equal to the millimetre once in fifty times, so a distance that
 /// repeats in eight new directions is not a measurement. A jump is half a metre, more than a robot at full
 /// speed explains. A cell stops a ray from half way between *uncertain* and *occupied* on.
-///
-/// # Panics
-///
-/// Only if the constants of this file do not fit together, which a test excludes.
 #[must_use]
 pub fn sensor_model() -> SensorModel {
     let validation = ValidationConfig {
@@ -107,7 +99,7 @@ pub fn sensor_model() -> SensorModel {
     };
     SensorModel {
         check: CrossCheckConfig::new(mountings()),
-        validation: ValidationRules::try_new(validation).expect("a range of 4 m, a jump of 0.5 m"),
+        validation: ValidationRules::new(validation),
         beams: beam_model(),
         obstacle: Certainty::from_bits(192),
     }
