@@ -56,7 +56,7 @@ impl Field {
     /// The mask at the owner's place, in the low two bytes.
     #[inline]
     const fn mask_in_place(self) -> u32 {
-        (self.mask as u32) << self.shift
+        (self.mask as u32).wrapping_shl(self.shift)
     }
 
     /// Whether it reaches into the next byte.
@@ -68,12 +68,12 @@ impl Field {
     /// The part of an owner's number that `low`, the byte it starts in, holds.
     #[inline]
     const fn out_of_low(self, low: u8) -> u8 {
-        (low >> self.shift) & self.mask
+        low.wrapping_shr(self.shift) & self.mask
     }
 
     /// The part that `high`, the byte it reaches into, holds.
     const fn out_of_high(self, high: u8) -> u8 {
-        wrapping_u8(((high as u32) << 8) >> self.shift) & self.mask
+        wrapping_u8(((high as u32) << 8).wrapping_shr(self.shift)) & self.mask
     }
 
     /// The same for the byte after this owner's first in `packed`; rare, so it is kept out of the loop.
@@ -135,7 +135,7 @@ impl Slot<'_> {
     pub(super) fn set(self, owner: Option<SensorId>) {
         let Self { field, packed, .. } = self;
         let mask = field.mask_in_place();
-        let number = u32::from(owner.map_or(0, SensorId::number)) << field.shift;
+        let number = u32::from(owner.map_or(0, SensorId::number)).wrapping_shl(field.shift);
         if let Some(stored) = packed.get_mut(field.byte) {
             let ([mask, ..], [low, ..]) = (mask.to_le_bytes(), number.to_le_bytes());
             *stored = (*stored & !mask) | low;

@@ -40,9 +40,9 @@ impl fmt::Display for Missing {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Timeout => "no answer in time",
-            Self::Bus => "connection failed",
+            Self::Bus => "line failed",
             Self::Implausible => "implausible answer",
-            Self::Late => "not triggered in time",
+            Self::Late => "not asked in time",
         })
     }
 }

@@ -434,7 +434,7 @@ fn line(received: &Result<Frame, Damage>, session: &Session) -> String {
             let report = report(&frame.report, session);
             format!("{lost}{:>5} {report}\n", frame.sequence)
         }
-        Err(damage) => format!("      a frame is {damage}\n"),
+        Err(damage) => format!("      a damaged frame: {damage}\n"),
     }
 }
 

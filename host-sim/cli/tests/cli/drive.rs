@@ -202,7 +202,7 @@ fn bad_input_is_refused_in_one_line() {
         ("--fault chatter:FL=4", "none can chatter"),
         ("--fault stuck-near:FL=90deg", "unknown unit 'deg'"),
         ("--study --worlds 0", "0 is not in 1..="),
-        ("--out inside.toml", "cannot be made a directory"),
+        ("--out inside.toml", "cannot be created as a directory"),
         ("--goal-wgs84 0,0.0001", "--start-wgs84"),
         ("--start-wgs84 0,0", "--goal-wgs84"),
         ("--goal-wgs84 1,0 --start-wgs84 0,0 --goal 1m,0m", "--goal"),

@@ -241,7 +241,7 @@ fn lost_and_damaged_frames_have_lines_in_place() {
     let text = monitored(parts.concat(), "").stdout;
     let lines: Vec<&str> = text.lines().collect();
     assert_eq!(lines[5], "      1 frame lost");
-    assert_eq!(lines[7], "      a frame is damaged");
+    assert_eq!(lines[7], "      a damaged frame: wrong checksum");
     assert_eq!(lines[8], "      1 frame lost");
     assert!(text.contains("2 lost, 1 damaged"), "{text}");
 }

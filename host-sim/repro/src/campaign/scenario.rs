@@ -409,7 +409,7 @@ mod tests {
         );
         assert_eq!(
             error("overlap = ['some']"),
-            "x.toml:1: overlap: 'some' is no overlap; write full or partial"
+            "x.toml:1: overlap: unknown overlap 'some': expected full or partial"
         );
         assert!(error("rate = [1]").starts_with("x.toml:1: unknown field `rate`"));
         assert!(error("rates = 'x'").starts_with("x.toml:1: "));
