@@ -20,6 +20,7 @@ mod run;
 mod simulate;
 mod table;
 mod table2;
+mod usage;
 
 use clap::{CommandFactory, Parser, Subcommand};
 use failure::Failure;
@@ -80,7 +81,7 @@ fn main() -> ExitCode {
         },
         Err(error) => {
             let arguments: Vec<_> = std::env::args_os().skip(1).collect();
-            failure::usage(&error, &Cli::command(), &arguments)
+            usage::usage(&error, &Cli::command(), &arguments)
         }
     };
     match outcome {

@@ -1,6 +1,6 @@
 //! The control level: instructions of a control step, of the cross-check and of map lookups.
 
-use crate::{instructions, ticks_of};
+use crate::clock::{instructions, ticks_of};
 use certainty_control::{
     BEAMS, ControlInput, ControlRules, Controller, CrossCheck, CrossCheckConfig, ExpectedScan,
     Failures, Mountings, PerBeam, PerRangefinder, Side, SpeedLimit, Stamped, Verdict,

@@ -1,6 +1,6 @@
 //! The fusion level: the digest of a run, and instructions a cell and a beam.
 
-use crate::{instructions, ticks_of};
+use crate::clock::{instructions, ticks_of};
 use certainty_core::certainty::Certainty;
 use certainty_core::fusion::{
     BayesGrid, Beam, CertaintyGrid, Mapper, Measurement, RobustRules, Strength, owner_bytes,

@@ -11,38 +11,17 @@
 #![no_std]
 #![no_main]
 
+mod clock;
 mod control;
 mod fusion;
 
 use certainty_firmware_bench::fusion_run::InitError;
 use certainty_firmware_bench::ring_run::{self, Outcome};
+use clock::ticks_between;
 use cortex_m::Peripherals;
 use cortex_m::peripheral::SYST;
-use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m_semihosting::{debug, hprintln};
 use stm32f1xx_hal as _; // the interrupt vectors
-
-/// `SysTick` has 24 bits and counts down; no measured span is longer.
-const FULL: u32 = 0x00FF_FFFF;
-
-/// Returns the ticks from `before` to `after`.
-const fn ticks_between(before: u32, after: u32) -> u32 {
-    before.wrapping_sub(after) & FULL
-}
-
-/// Converts ticks of `SysTick` to instructions, at 32 ns an instruction and 24 MHz.
-const fn instructions(ticks: u32) -> u32 {
-    // 1e9 / 24e6 / 32 = 1.302083… = 125 / 96. At most 2^24 ticks: 32 bits hold the product.
-    ticks.wrapping_mul(125).wrapping_div(96)
-}
-
-/// Returns how many ticks `work` takes, the two readings of the clock included.
-fn ticks_of<T>(work: impl FnOnce() -> T) -> (u32, T) {
-    let before = SYST::get_current();
-    let result = work();
-    let after = SYST::get_current();
-    (ticks_between(before, after), result)
-}
 
 /// Checks a ring; its stack must fit into the RAM.
 #[inline(never)]
@@ -95,11 +74,7 @@ fn run_all() -> Result<(), InitError> {
 fn main() -> ! {
     let mut result = Err(InitError);
     if let Some(core) = Peripherals::take() {
-        let mut timer = core.SYST;
-        timer.set_clock_source(SystClkSource::Core);
-        timer.set_reload(FULL);
-        timer.clear_current();
-        timer.enable_counter();
+        clock::start(core.SYST);
         result = run_all();
     }
     if let Err(error) = result {
