@@ -1,5 +1,5 @@
 //! Every path, command, test and link in `docs/paper-map.md` exists, and so do the files and links that the
-//! other pages name.
+//! other pages and every `README.md` name.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -18,6 +18,16 @@ const PACKAGES: [(&str, &str); 6] = [
 /// Folders whose files may hold a test.
 const TESTED: [&str; 4] = ["core", "firmware", "host-sim", "tests"];
 
+/// Folders by which a path on the other pages begins.
+const TOP: [&str; 6] = [
+    "core/",
+    "firmware/",
+    "host-sim/",
+    "tests/",
+    "docs/",
+    "fuzz/",
+];
+
 /// Keywords before the name of an item.
 const ITEMS: [&str; 9] = [
     "fn", "struct", "enum", "trait", "type", "const", "static", "mod", "union",
@@ -27,22 +37,32 @@ fn root() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
 }
 
-/// Every Rust file below a folder, with its text.
-fn sources(folder: &Path) -> Vec<(PathBuf, String)> {
+/// Every file below a folder, without what Cargo builds.
+fn files(folder: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
     let mut open = vec![folder.to_owned()];
     while let Some(folder) = open.pop() {
         for entry in fs::read_dir(&folder).unwrap() {
             let path = entry.unwrap().path();
-            if path.is_dir() && !path.ends_with("target") {
+            if !path.is_dir() {
+                found.push(path);
+            } else if !path.ends_with("target") {
                 open.push(path);
-            } else if path.extension().is_some_and(|ending| ending == "rs") {
-                let text = fs::read_to_string(&path).unwrap();
-                found.push((path, text));
             }
         }
     }
     found
+}
+
+/// Every Rust file below a folder, with its text.
+fn sources(folder: &Path) -> Vec<(PathBuf, String)> {
+    let mut files = files(folder);
+    files.retain(|path| path.extension().is_some_and(|ending| ending == "rs"));
+    let with_text = |path: PathBuf| {
+        let text = fs::read_to_string(&path).unwrap();
+        (path, text)
+    };
+    files.into_iter().map(with_text).collect()
 }
 
 fn words(text: &str) -> impl Iterator<Item = &str> {
@@ -218,14 +238,18 @@ fn pages() -> Vec<PathBuf> {
     let adr = fs::read_dir(docs.join("adr")).unwrap();
     let mut pages: Vec<_> = adr.map(|entry| entry.unwrap().path()).collect();
     pages.extend(["ARCHITECTURE.md", "hardware.md", "reproduction.md"].map(|page| docs.join(page)));
-    pages.push(root().join("CONTRIBUTING.md"));
+    pages.extend(["CONTRIBUTING.md", "README.md"].map(|page| root().join(page)));
+    let below = TOP.iter().flat_map(|folder| files(&root().join(folder)));
+    pages.extend(below.filter(|path| path.ends_with("README.md")));
     pages
 }
 
 #[test]
 fn files_and_links_of_the_other_pages_exist() {
     let mut wrong = Vec::new();
+    let (mut readmes, mut checked) = (0, 0);
     for page in pages() {
+        readmes += u32::from(page.ends_with("README.md"));
         let text = fs::read_to_string(&page).unwrap();
         let mut fenced = false;
         for (number, line) in (1..).zip(text.lines()) {
@@ -237,14 +261,17 @@ fn files_and_links_of_the_other_pages_exist() {
             }
             let mut complain =
                 |what: &str| wrong.push(format!("{}:{number}: no {what}", page.display()));
-            let top = ["core/", "firmware/", "host-sim/", "tests/", "docs/"];
-            let files = quoted(line).filter(|name| top.iter().any(|top| name.starts_with(top)));
+            let files = quoted(line).filter(|name| TOP.iter().any(|top| name.starts_with(top)));
             for file in files.filter(|file| !file.contains([' ', '*'])) {
+                checked += 1;
                 if !root().join(file).exists() {
                     complain(file);
                 }
             }
-            for link in links(line).filter(|link| !link.starts_with("http")) {
+            // Rustdoc checks the links to items, with `::`, of a README that is a crate's front page.
+            for link in links(line).filter(|link| !link.starts_with("http") && !link.contains("::"))
+            {
+                checked += 1;
                 let (file, anchor) = link.split_once('#').unwrap_or((link, ""));
                 let file = match file {
                     "" => page.clone(),
@@ -257,4 +284,6 @@ fn files_and_links_of_the_other_pages_exist() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(readmes > 8, "only {readmes} files README.md were found");
+    assert!(checked > 80, "only {checked} names were found to check");
 }
