@@ -34,3 +34,8 @@ pub fn shared_data(name: &str) -> Option<PathBuf> {
 pub fn skipped(why: &str) {
     eprintln!("skipped: {why}");
 }
+
+/// The example of the front page compiles and runs.
+#[cfg(doctest)]
+#[doc = include_str!("../../README.md")]
+struct FrontPage;
