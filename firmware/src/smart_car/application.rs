@@ -15,7 +15,7 @@ use crate::remote::{
 };
 use crate::servo::Servo;
 use crate::telemetry::{self, Hello, Report, Reporter, SensorHealth, Statistics};
-use certainty_core::fusion::{Beam, BeamModel, Mapper, RobustRules, Shape, owner_bytes};
+use certainty_core::fusion::{Beam, Mapper, RobustRules, Shape, owner_bytes};
 #[cfg(feature = "defmt")]
 use certainty_core::health::Status;
 use certainty_core::health::{Health, HealthRules};
@@ -25,6 +25,7 @@ use certainty_core::transducer::{Calibration, Finding, Missing, Reading, Validat
 use certainty_core::units::{BinaryAngle, Pose, Ticks};
 use core::fmt;
 use embedded_hal::delay::DelayNs;
+use fixed::types::U0F16;
 
 /// One in this many generations of the reported map is a keyframe; a generation is a round.
 const KEYFRAME_EVERY: u16 = 20;
@@ -39,7 +40,7 @@ struct Head<B: Board> {
     servo: Servo<B::Pwm>,
     sensor: Gp2d02<B::Vin, B::Vout>,
     calibration: &'static Calibration,
-    model: BeamModel,
+    accuracy: U0F16,
     validator: Validator,
     direction: BinaryAngle,
     error: Option<Missing>,
@@ -54,7 +55,7 @@ impl<B: Board> Head<B> {
             servo: Servo::new(wires.pwm, SERVO),
             sensor: Gp2d02::new(wires.vin, wires.vout),
             calibration: &unit.calibration,
-            model: beam_model(unit.accuracy),
+            accuracy: unit.accuracy,
             validator: Validator::new(),
             direction: BinaryAngle::ZERO,
             error: Some(Missing::Late),
@@ -118,9 +119,9 @@ impl<B: Board> Head<B> {
         self.finding
     }
 
-    /// Returns the beam model of its readings.
-    const fn model(&self) -> &BeamModel {
-        &self.model
+    /// Returns the accuracy of its readings.
+    const fn accuracy(&self) -> U0F16 {
+        self.accuracy
     }
 }
 
@@ -136,7 +137,7 @@ impl<B: Board> Head<B> {
 pub struct SmartCar<B: Board> {
     heads: [Head<B>; HEADS as usize],
     rangers: [FixedRanger<B>; RANGERS as usize],
-    mapper: Mapper<SmartCarGrid, [Health; SENSORS as usize]>,
+    mapper: CarMapper,
     drive: Drive<B>,
     delay: B::Delay,
     stopwatch: B::Stopwatch,
@@ -181,6 +182,17 @@ impl core::error::Error for InitError {}
 enum Station<'a, B: Board> {
     Head(&'a mut Head<B>),
     Ranger(&'a mut FixedRanger<B>),
+}
+
+/// The fusion level of the car.
+type CarMapper = Mapper<SmartCarGrid, [Health; SENSORS as usize]>;
+
+/// Adds a head's beam to the map.
+///
+/// The model is made here, so that the compiler sees a narrow beam and leaves the code of wide ones out.
+fn integrate(mapper: &mut CarMapper, sensor: SensorId, beam: &Beam, accuracy: U0F16, now: Ticks) {
+    // Cannot fail: the mapper was created for all heads.
+    let _ = mapper.integrate(sensor, beam, &beam_model(accuracy), now);
 }
 
 impl<B: Board> SmartCar<B> {
@@ -267,8 +279,7 @@ impl<B: Board> SmartCar<B> {
                     bearing: look.heading,
                     reading: head.reading(),
                 };
-                // Cannot fail: the mapper was created for all heads.
-                let _ = self.mapper.integrate(sensor, &beam, head.model(), now);
+                integrate(&mut self.mapper, sensor, &beam, head.accuracy(), now);
             }
             Some(slot) => {
                 if let Some(ranger) = self.rangers.get_mut(slot) {

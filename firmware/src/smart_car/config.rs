@@ -132,6 +132,7 @@ pub fn look_from(car: Pose, slot: u8, heads: u8, step: u32) -> Pose {
 /// standard deviations to each side, which covers 95 % of the errors. Cells within it are not marked as
 /// free; otherwise a reading too long by a tenth would erase the obstacle that it measured.
 #[must_use]
+#[inline]
 pub const fn beam_model(accuracy: U0F16) -> BeamModel {
     const EXACT: BeamModel = BeamModel::new(BeamConfig::narrow(FARTHEST));
     let config = BeamConfig {
