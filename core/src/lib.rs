@@ -21,7 +21,7 @@
 pub mod certainty;
 pub mod fusion;
 pub mod health;
-pub mod narrow;
+mod narrow;
 pub mod schedule;
 pub mod sensor;
 pub mod transducer;

@@ -5,61 +5,44 @@
     reason = "each function says what it does with the bits that do not fit"
 )]
 
-macro_rules! wrapping {
-    ($($name:ident: $wide:ty => $narrow:ty;)*) => {$(
-        #[doc = concat!("Returns the low bits as a `", stringify!($narrow), "`.")]
-        #[must_use]
-        pub const fn $name(value: $wide) -> $narrow {
-            value as $narrow
-        }
-    )*};
+/// Returns the low bits.
+pub(crate) const fn wrapping_u8(value: u32) -> u8 {
+    value as u8
 }
 
-macro_rules! saturating {
-    ($($name:ident: $wide:ty => $narrow:ty;)*) => {$(
-        #[doc = concat!("Returns the nearest `", stringify!($narrow), "`.")]
-        #[must_use]
-        pub const fn $name(value: $wide) -> $narrow {
-            if value > <$narrow>::MAX as $wide {
-                <$narrow>::MAX
-            } else if value < <$narrow>::MIN as $wide {
-                <$narrow>::MIN
-            } else {
-                value as $narrow
-            }
-        }
-    )*};
+/// Returns the low bits.
+pub(crate) const fn wrapping_u16(value: u32) -> u16 {
+    value as u16
 }
 
-wrapping! {
-    wrapping_u8: u32 => u8;
-    wrapping_u16: u32 => u16;
-    wrapping_u32: i64 => u32;
-    low_u32: u64 => u32;
+/// Returns the low bits.
+pub(crate) const fn wrapping_u32(value: i64) -> u32 {
+    value as u32
 }
 
-saturating! {
-    saturating_i8: i64 => i8;
-    saturating_i16: i32 => i16;
-    saturating_i32: i64 => i32;
+/// Returns the low bits.
+pub(crate) const fn low_u32(value: u64) -> u32 {
+    value as u32
 }
 
-/// Returns the nearest `u8`.
-#[must_use]
-pub const fn saturating_u8(value: u64) -> u8 {
-    if value > u8::MAX as u64 {
-        u8::MAX
+/// Returns the nearest `i8`.
+pub(crate) const fn saturating_i8(value: i64) -> i8 {
+    if value > i8::MAX as i64 {
+        i8::MAX
+    } else if value < i8::MIN as i64 {
+        i8::MIN
     } else {
-        value as u8
+        value as i8
     }
 }
 
-/// Returns the nearest `u16`.
-#[must_use]
-pub const fn saturating_u16_of_u64(value: u64) -> u16 {
-    if value > u16::MAX as u64 {
-        u16::MAX
+/// Returns the nearest `i32`.
+pub(crate) const fn saturating_i32(value: i64) -> i32 {
+    if value > i32::MAX as i64 {
+        i32::MAX
+    } else if value < i32::MIN as i64 {
+        i32::MIN
     } else {
-        value as u16
+        value as i32
     }
 }

@@ -1,8 +1,8 @@
-//! No module of a package imports, by whatever detour, from one that imports from it.
+//! The modules of a package form no circle of imports.
 //!
 //! The arrows are read from the sources: `use` declarations and paths that begin with `crate`, `self`, `super`
-//! or a child module. A re-export (`pub use`) is a signpost and no arrow of its own: who imports through it has
-//! an arrow to the module that the item lives in. Test modules are left out.
+//! or a child module. A re-export (`pub use`) is no arrow of its own: an import through it
+//! counts as an arrow to the module that has the item. Test modules are left out.
 
 use certainty_tests::workspace;
 use std::collections::{BTreeMap, BTreeSet};
@@ -215,7 +215,7 @@ impl Package {
         }
     }
 
-    /// Who imports from whom, and by which paths.
+    /// The arrows from each module, with the paths that make them.
     fn arrows(&self) -> BTreeMap<&Module, BTreeMap<Module, BTreeSet<String>>> {
         let mut arrows: BTreeMap<&Module, BTreeMap<Module, BTreeSet<String>>> = BTreeMap::new();
         for (module, source) in &self.0 {

@@ -37,6 +37,18 @@ pub trait RobotMap: CastRay {
         now: Ticks,
     ) -> Result<u32, UnknownSensor>;
 
+    /// Takes one reading of `sensor`, at `now`, into its health and not into the map.
+    ///
+    /// # Errors
+    ///
+    /// [`UnknownSensor`] if the map was made for fewer sensors.
+    fn record(
+        &mut self,
+        sensor: SensorId,
+        reading: Reading,
+        now: Ticks,
+    ) -> Result<(), UnknownSensor>;
+
     /// Returns the health of `sensor` as the map's comparisons left it; `None` if the map was made for fewer
     /// sensors.
     fn health_of(&self, sensor: SensorId) -> Option<Health>;
@@ -57,6 +69,15 @@ impl<G: CertaintyGrid, H: AsRef<[Health]> + AsMut<[Health]>> RobotMap for Mapper
         now: Ticks,
     ) -> Result<u32, UnknownSensor> {
         Self::integrate(self, sensor, beam, model, now)
+    }
+
+    fn record(
+        &mut self,
+        sensor: SensorId,
+        reading: Reading,
+        now: Ticks,
+    ) -> Result<(), UnknownSensor> {
+        Self::record(self, sensor, reading, now)
     }
 
     fn health_of(&self, sensor: SensorId) -> Option<Health> {
@@ -97,19 +118,19 @@ impl<const R: usize> SensorModel<R> {
     ) {
         let mountings = &self.check.mountings;
         let mut draw = |slot: usize, mounting: Pose, reading: Reading, is_excluded: bool| {
-            let pose = robot.compose(mounting);
-            let beam = Beam {
-                origin: pose.at,
-                bearing: pose.heading,
-                reading: match reading {
-                    Reading::Missing(_) => reading,
-                    // Changes no cell.
-                    _ if is_excluded => Reading::TooNear,
-                    _ => reading,
-                },
+            let Some(sensor) = SensorId::from_slot(slot) else {
+                return;
             };
-            if let Some(sensor) = SensorId::from_slot(slot) {
-                // Fails for a map of fewer sensors only, which nothing can be drawn into.
+            // Both fail for a map of fewer sensors only, which nothing can be drawn into.
+            if is_excluded {
+                let _ = map.record(sensor, reading, now);
+            } else {
+                let pose = robot.compose(mounting);
+                let beam = Beam {
+                    origin: pose.at,
+                    bearing: pose.heading,
+                    reading,
+                };
                 let _ = map.integrate(sensor, &beam, &self.beams, now);
             }
         };

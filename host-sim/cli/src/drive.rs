@@ -158,7 +158,7 @@ fn coordinates(text: &str) -> Result<Wgs84, String> {
     let parts = text.split_once(',');
     let parsed = parts.and_then(|(north, east)| Some((degrees(north)?, degrees(east)?)));
     let (latitude_e7, longitude_e7) = parsed.ok_or(EXPECTED)?;
-    Wgs84::try_new(latitude_e7, longitude_e7).map_err(|error| format!("{error}: {EXPECTED}"))
+    Wgs84::try_new(latitude_e7, longitude_e7).map_err(|error| error.to_string())
 }
 
 /// Returns the goal in the world: `--goal`, or where `--goal-wgs84` is from `--start-wgs84` at 0,0.
@@ -167,9 +167,10 @@ fn goal(arguments: &Arguments) -> Result<Point, Failure> {
         return Ok(arguments.goal);
     };
     start.local(goal).ok_or_else(|| {
-        let distance_m = f64::from(start.distance(goal).get()) / 1e3;
-        let why = too_far(distance_m, farthest_m(&pilot(arguments)));
-        Failure::Input(format!("--goal-wgs84: the goal {why}"))
+        let km = Point::LIMIT / 1_000_000;
+        Failure::Input(format!(
+            "--goal-wgs84: the goal is more than {km} km away: expected a nearer place"
+        ))
     })
 }
 

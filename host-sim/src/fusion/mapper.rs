@@ -200,6 +200,15 @@ impl RobotMap for HostMapper {
         Self::integrate(self, sensor, beam, model, now)
     }
 
+    fn record(
+        &mut self,
+        sensor: SensorId,
+        reading: Reading,
+        now: Ticks,
+    ) -> Result<(), UnknownSensor> {
+        Self::record(self, sensor, reading, now)
+    }
+
     fn health_of(&self, sensor: SensorId) -> Option<Health> {
         each!(&self.0, mapper => mapper.health_of(sensor))
     }

@@ -1,6 +1,6 @@
-//! Defects of the systems next to ours, each with a test that it is not ours.
+//! Defects that were found in comparable systems: this one is tested not to have them.
 //!
-//! Every fusion method is held to them, whichever way it keeps a sensor's own words.
+//! Every fusion method is tested, with both ways in which the layered ones keep a sensor's own grid.
 
 use certainty_core::certainty::Certainty;
 use certainty_core::fusion::{BayesGrid, Beam, BeamConfig, BeamModel, Geometry, Mapper, Strength};
@@ -76,7 +76,7 @@ fn status(map: &HostMapper, number: u8) -> Status {
 
 /// nav2: a cell driven to 0 stays 0 after 1,000 occupied readings.
 #[test]
-fn defect_1_a_cell_driven_to_free_or_occupied_recovers_within_a_dozen_rounds() {
+fn defect_1_a_saturated_cell_recovers_in_twelve_rounds() {
     for (method, rules) in methods() {
         for (before, after, expected) in [
             (Reading::NoObject, echo(1050), CellState::Occupied),
@@ -166,14 +166,14 @@ fn defect_2_too_near_and_missing_leave_the_map_as_it_is() {
 
 /// nav2's timeout is shared: one live sensor hides a dead one.
 #[test]
-fn defect_3_a_silent_sensor_is_noticed_beside_live_ones_and_recovers_by_itself() {
+fn defect_3_a_silent_sensor_fails_alone_and_recovers() {
     let patience = HealthRules::DEFAULT.stale_after();
     for (method, rules) in methods() {
         let mut map = HostMapper::new(method, &rules, square(), 3);
         for number in 1..=3 {
             take(&mut map, number, echo(1050), 0);
         }
-        // Sensor 2 says nothing at all, not even that a reading is missing.
+        // Sensor 2 sends nothing, not even a missing reading.
         for now in (100..=patience).step_by(100) {
             take(&mut map, 1, echo(1050), now);
             take(&mut map, 3, echo(1050), now);
@@ -190,20 +190,20 @@ fn defect_3_a_silent_sensor_is_noticed_beside_live_ones_and_recovers_by_itself()
         let statuses = [1, 2, 3].map(|number| status(&map, number));
         let expected = [Status::Healthy, Status::Failed, Status::Healthy];
         assert_eq!(statuses, expected, "{method}");
-        // It speaks again, and is trusted when it has for a while.
-        let heard = u32::from(HealthRules::HEALTHY_RECEIVED);
-        for spoken in 1..heard {
-            take(&mut map, 2, echo(1050), now + spoken);
+        // It sends again, and is healthy after some readings.
+        let received = u32::from(HealthRules::HEALTHY_RECEIVED);
+        for reading in 1..received {
+            take(&mut map, 2, echo(1050), now + reading);
             assert_eq!(status(&map, 2), Status::Recovering, "{method}");
         }
-        take(&mut map, 2, echo(1050), now + heard);
+        take(&mut map, 2, echo(1050), now + received);
         assert_eq!(status(&map, 2), Status::Healthy, "{method}");
     }
 }
 
-/// When all fall silent there is no reading any more that would say so.
+/// When all sensors stop sending, no reading comes that would settle their status.
 #[test]
-fn defect_3_that_all_sensors_are_silent_is_noticed_without_a_reading() {
+fn defect_3_all_silent_sensors_fail_without_a_reading() {
     let grid = BayesGrid::try_new(
         square(),
         Strength::MEASUREMENT,
@@ -221,7 +221,7 @@ fn defect_3_that_all_sensors_are_silent_is_noticed_without_a_reading() {
 
 /// `ArduPilot` #25913 and #5659: a dead sensor stopped everything, or went unnoticed.
 #[test]
-fn defect_4_a_dead_sensor_is_reported_while_the_others_go_on_mapping() {
+fn defect_4_a_dead_sensor_is_failed_and_mapping_goes_on() {
     for (method, rules) in methods() {
         // Four live sensors: the trimmed grid answers only where 2t + 1 saw a cell.
         let mut map = HostMapper::new(method, &rules, square(), 5);
@@ -254,7 +254,7 @@ fn defect_4_a_dead_sensor_is_reported_while_the_others_go_on_mapping() {
 
 /// nav2: a cone that left the grid on the negative side wrapped into a huge loop.
 #[test]
-fn defect_5_beams_and_cones_that_leave_the_grid_on_any_side_end_at_its_border() {
+fn defect_5_beams_and_cones_end_at_the_grids_border() {
     let start = Instant::now();
     let far = Millimeters::new(Point::LIMIT.unsigned_abs());
     let cone = BeamModel::try_new(BeamConfig::cone(FARTHEST, degrees(15))).unwrap();
@@ -284,13 +284,13 @@ fn defect_5_beams_and_cones_that_leave_the_grid_on_any_side_end_at_its_border() 
                     bearing: BinaryAngle::from_bits(bits),
                     reading,
                 };
-                let told = map
+                let written = map
                     .integrate(sensor(1), &beam, model, Ticks::new(0))
                     .unwrap();
-                assert!(told <= 1600, "{told} cells told by {beam:?}");
+                assert!(written <= 1600, "{written} cells written by {beam:?}");
                 let outwards = x == -1999 && (0x8000..=0xC000).contains(&bits);
                 if outwards && model != &cone {
-                    assert_eq!(told, 1, "from the lower left corner: {beam:?}");
+                    assert_eq!(written, 1, "from the lower left corner: {beam:?}");
                 }
             }
         }
@@ -304,7 +304,7 @@ fn defect_5_beams_and_cones_that_leave_the_grid_on_any_side_end_at_its_border() 
 
 /// What is drawn at the far end must not appear on the opposite side.
 #[test]
-fn defect_5_a_cone_at_the_lower_border_tells_the_mirror_image_of_one_at_the_upper() {
+fn defect_5_cones_at_opposite_borders_are_mirror_images() {
     let cone = BeamModel::try_new(BeamConfig::cone(FARTHEST, degrees(15))).unwrap();
     let drawn = |y_mm: i32, bearing: i32| {
         let mut map = HostMapper::new(Method::Bayes, &FusionRules::default(), square(), 1);
@@ -314,7 +314,7 @@ fn defect_5_a_cone_at_the_lower_border_tells_the_mirror_image_of_one_at_the_uppe
             bearing: degrees(bearing),
             reading: echo(1000),
         };
-        let told = map
+        let written = map
             .integrate(sensor(1), &beam, &cone, Ticks::new(0))
             .unwrap();
         let known: Vec<u32> = map
@@ -325,7 +325,7 @@ fn defect_5_a_cone_at_the_lower_border_tells_the_mirror_image_of_one_at_the_uppe
             .map(|(cell, _)| u32::from(map.geometry().column_and_row(cell).1))
             .collect();
         (
-            told,
+            written,
             known.iter().min().copied(),
             known.iter().max().copied(),
         )
@@ -341,7 +341,7 @@ fn defect_5_a_cone_at_the_lower_border_tells_the_mirror_image_of_one_at_the_uppe
 
 /// MRPT's `CObservationRange` inserted two sonars at 0° and 90° along the same direction.
 #[test]
-fn defect_6_sensors_mounted_at_0_and_90_degrees_draw_in_their_own_directions() {
+fn defect_6_sensors_draw_in_their_own_directions() {
     let mountings = [
         Pose::new(Point::from_mm(100, 0), BinaryAngle::ZERO),
         Pose::new(Point::from_mm(0, 100), BinaryAngle::QUARTER),
