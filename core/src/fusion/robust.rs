@@ -32,13 +32,12 @@ pub struct RobustConfig {
 }
 
 impl RobustConfig {
-    /// The choice of the simulator's fault campaign.
+    /// Chosen on the training worlds of the simulator's fault campaign.
     ///
     /// A quarter for both comparisons: each side must, on average, be half way from *uncertain* to the
     /// end. Zero for the contribution: the sensor owns the cell if its measurement is on the same side as the
     /// cell. Agreement on an occupied cell restores a quarter of the missing confidence, agreement on a free
-    /// one nothing; a contradiction costs 1/48 of its confidence the sensor that is as likely wrong as the
-    /// other.
+    /// one nothing. After a contradiction between sensors of equal confidence each loses 1/48 of it.
     pub const DEFAULT: Self = Self {
         confirmation: I2F14::from_bits(1 << 12),
         contradiction: I2F14::from_bits(-(1 << 12)),
@@ -129,7 +128,7 @@ impl core::error::Error for RobustConfigError {}
 
 impl RobustRules {
     /// The rules of [`RobustConfig::DEFAULT`].
-    pub const DEFAULT: Self = Self(RobustConfig::DEFAULT);
+    pub const DEFAULT: Self = Self::new(RobustConfig::DEFAULT);
 
     /// Checks the configuration of a constant: [`Self::try_new`] that refuses at compile time.
     ///
@@ -420,7 +419,7 @@ where
             // if (cell.owner = unknown) or (cell.owner = sensor)
             match slot.owner {
                 Some(owner) if owner != sensor => {
-                    // An owner without a record cannot be compared: the list was longer before.
+                    // An owner without a record cannot be compared.
                     if let Some(owner) = sensors.get_mut(owner.slot()) {
                         slot.set(update.compare(stored, owner));
                     }

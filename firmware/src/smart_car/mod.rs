@@ -15,6 +15,7 @@ mod application;
 mod config;
 mod control;
 mod drive;
+mod odometer;
 mod round;
 
 pub use application::{InitError, SmartCar, remote_wiring};
@@ -24,5 +25,5 @@ pub use config::{
     look_from, mounting, ranger_mounting,
 };
 pub use control::{CONTROL, GOAL};
-pub use drive::{LOOK_AROUND, Odometer};
+pub use drive::LOOK_AROUND;
 pub use round::{SCHEDULE, SLOTS, STATIONS};

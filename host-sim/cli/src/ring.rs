@@ -30,7 +30,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "X,Y,HEADING", value_parser = pose, allow_hyphen_values = true,
           conflicts_with_all = ["recording", "sweep", "extraction"])]
     pose: Option<Pose>,
-    /// A fault: a sonar's number from 1, or a kind and a sonar, such as blind:4 or stuck:7=350mm; repeatable.
+    /// A fault: a sonar's number from 1, or a kind and a sonar, such as crosstalk:4 or stuck:7=350mm; repeatable.
     /// With --sweep, the kind of the first one counts
     #[arg(
         long = "fault",

@@ -73,7 +73,10 @@ impl FusionArgument {
 impl Arguments {
     fn faults(&self) -> Result<Vec<FaultSpec>, Failure> {
         if self.faults.is_empty() && self.sensors.count() >= 3 {
-            return Ok("stuck-far:2".parse().into_iter().collect());
+            let fault = "stuck-far:2".parse::<FaultSpec>();
+            return Ok(vec![
+                fault.map_err(|error| Failure::Internal(error.to_string()))?,
+            ]);
         }
         given("--fault", &self.faults)
     }
