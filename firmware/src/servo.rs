@@ -1,6 +1,6 @@
 //! A hobby servo on a PWM channel.
 //!
-//! The length of the pulses sets the angle. A servo gives no feedback, so the driver remembers the last
+//! The length of the pulses sets the angle. A servo gives no feedback, so the driver keeps the last
 //! pulse and computes from it how long the next turn takes.
 //!
 //! [`Servo`] is the driver, [`ServoModel`] the checked numbers of one servo.

@@ -13,8 +13,8 @@ impl<const SENSORS: usize> Distances<SENSORS> {
     /// it is occluded if the line to either sonar crosses another element of the polygon. Each path gets
     /// its shortest echo, or the range if there is none within it.
     ///
-    /// Cost: 96 paths × elements reflections, and for each that would be the shortest so far a visit to
-    /// all elements.
+    /// Cost: one reflection for each of 96 paths and each element. A reflection shorter than the path's
+    /// current minimum is also tested for occlusion, against all elements.
     #[must_use]
     pub fn simulated<const ELEMENTS: usize>(
         ring: &Ring<SENSORS>,
