@@ -1,4 +1,4 @@
-//! Finds the workspace's `memory.x` for the linker.
+//! Finds the workspace's `memory.x` for the linker; the build script of every image for this chip.
 
 use std::env;
 use std::path::{Path, PathBuf};
@@ -14,7 +14,6 @@ fn main() {
         "cargo:rerun-if-changed={}",
         folder.join("memory.x").display()
     );
-    println!("cargo:rerun-if-changed=build.rs");
     if env::var_os("CARGO_FEATURE_DEFMT_RTT").is_some() {
         println!("cargo:rustc-link-arg-bins=-Tdefmt.x");
     }

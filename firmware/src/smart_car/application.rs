@@ -21,7 +21,7 @@ use certainty_core::health::Status;
 use certainty_core::health::{Health, HealthRules};
 use certainty_core::schedule::Activity;
 use certainty_core::sensor::SensorId;
-use certainty_core::transducer::{Calibration, Finding, Missing, Reading, Validator};
+use certainty_core::transducer::{Finding, Missing, Reading, Validator};
 use certainty_core::units::{BinaryAngle, Pose, Ticks};
 use core::fmt;
 use embedded_hal::delay::DelayNs;
@@ -39,8 +39,7 @@ const PARTS: u8 = 8;
 struct Head<B: Board> {
     servo: Servo<B::Pwm>,
     sensor: Gp2d02<B::Vin, B::Vout>,
-    calibration: &'static Calibration,
-    accuracy: U0F16,
+    unit: &'static Unit,
     validator: Validator,
     direction: BinaryAngle,
     error: Option<Missing>,
@@ -54,8 +53,7 @@ impl<B: Board> Head<B> {
         Self {
             servo: Servo::new(wires.pwm, SERVO),
             sensor: Gp2d02::new(wires.vin, wires.vout),
-            calibration: &unit.calibration,
-            accuracy: unit.accuracy,
+            unit,
             validator: Validator::new(),
             direction: BinaryAngle::ZERO,
             error: Some(Missing::Late),
@@ -87,7 +85,7 @@ impl<B: Board> Head<B> {
             Some(error) => Err(error),
         };
         let reading = match raw {
-            Ok(raw) => self.calibration.reading(raw),
+            Ok(raw) => self.unit.calibration.reading(raw),
             Err(why) => Reading::Missing(why),
         };
         let validated =
@@ -121,7 +119,7 @@ impl<B: Board> Head<B> {
 
     /// Returns the accuracy of its readings.
     const fn accuracy(&self) -> U0F16 {
-        self.accuracy
+        self.unit.accuracy
     }
 }
 

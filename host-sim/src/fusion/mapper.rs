@@ -5,10 +5,10 @@ use super::rules::{FusionRules, Landmarks, Method, Own};
 use certainty_control::{CastRay, RayHit, RobotMap};
 use certainty_core::certainty::Certainty;
 use certainty_core::fusion::{
-    Accumulated, BayesGrid, Beam, BeamModel, CertaintyGrid, Environment, Geometry, Latest, Mapper,
-    MedianGrid, RobustGrid, TrimmedGrid, UnknownSensor, owner_bytes,
+    Accumulated, BayesGrid, Beam, BeamModel, CertaintyGrid, Environment, Geometry, GridError,
+    Latest, Mapper, MedianGrid, RobustGrid, TrimmedGrid, UnknownSensor, owner_bytes,
 };
-use certainty_core::health::Health;
+use certainty_core::health::{Health, HealthRules};
 use certainty_core::sensor::SensorId;
 use certainty_core::transducer::Reading;
 use certainty_core::units::{Millimeters, Pose, Ticks};
@@ -49,6 +49,16 @@ macro_rules! each {
     };
 }
 
+/// Returns the mapper of a grid whose storage was made for its geometry.
+fn mapper<G: CertaintyGrid, S>(
+    grid: Result<G, GridError<S>>,
+    health: Vec<Health>,
+    rules: HealthRules,
+) -> Mapper<G, Vec<Health>> {
+    let grid = grid.expect("the storage was made for this geometry");
+    Mapper::with_records(grid, health, rules)
+}
+
 impl HostMapper {
     /// Creates an empty map for sensors 1 to `sensors`, all with the first confidence of the rules.
     ///
@@ -59,7 +69,6 @@ impl HostMapper {
     /// For no sensors.
     #[must_use]
     pub fn new(method: Method, fusion: &FusionRules, geometry: Geometry, sensors: u8) -> Self {
-        const RIGHT_SIZE: &str = "the storage was made for this geometry";
         assert!(sensors > 0, "a map needs a sensor");
         let cells = geometry.cells() as usize;
         let flat = vec![0; cells];
@@ -84,36 +93,28 @@ impl HostMapper {
             ),
             (Method::Bayes, _) => {
                 let grid = BayesGrid::try_new(geometry, strongest, flat);
-                Inner::Bayes(Mapper::with_records(grid.expect(RIGHT_SIZE), health, rules))
+                Inner::Bayes(mapper(grid, health, rules))
             }
             (Method::Robust, _) => {
                 let owners = vec![0; owner_bytes(cells, sensors)];
                 let grid = RobustGrid::try_new(geometry, add, sensors, flat, owners);
-                Inner::Robust(Mapper::with_records(grid.expect(RIGHT_SIZE), health, rules))
+                Inner::Robust(mapper(grid, health, rules))
             }
             (Method::Trimmed, Own::Latest) => {
                 let grid = TrimmedGrid::try_new(geometry, sensors, trim, Latest, layered());
-                Inner::TrimmedLatest(Mapper::with_records(grid.expect(RIGHT_SIZE), health, rules))
+                Inner::TrimmedLatest(mapper(grid, health, rules))
             }
             (Method::Trimmed, Own::Accumulated) => {
                 let grid = TrimmedGrid::try_new(geometry, sensors, trim, accumulated, layered());
-                Inner::TrimmedAccumulated(Mapper::with_records(
-                    grid.expect(RIGHT_SIZE),
-                    health,
-                    rules,
-                ))
+                Inner::TrimmedAccumulated(mapper(grid, health, rules))
             }
             (Method::Median, Own::Latest) => {
                 let grid = MedianGrid::try_new(geometry, sensors, middle, Latest, layered());
-                Inner::MedianLatest(Mapper::with_records(grid.expect(RIGHT_SIZE), health, rules))
+                Inner::MedianLatest(mapper(grid, health, rules))
             }
             (Method::Median, Own::Accumulated) => {
                 let grid = MedianGrid::try_new(geometry, sensors, middle, accumulated, layered());
-                Inner::MedianAccumulated(Mapper::with_records(
-                    grid.expect(RIGHT_SIZE),
-                    health,
-                    rules,
-                ))
+                Inner::MedianAccumulated(mapper(grid, health, rules))
             }
         })
     }
@@ -131,20 +132,6 @@ impl HostMapper {
         now: Ticks,
     ) -> Result<u32, UnknownSensor> {
         each!(&mut self.0, mapper => mapper.integrate(sensor, beam, model, now))
-    }
-
-    /// Adds one reading to the sensor's record and not to the map; see [`Mapper::record`].
-    ///
-    /// # Errors
-    ///
-    /// [`UnknownSensor`] if the map was made for fewer sensors.
-    pub fn record(
-        &mut self,
-        sensor: SensorId,
-        reading: Reading,
-        now: Ticks,
-    ) -> Result<(), UnknownSensor> {
-        each!(&mut self.0, mapper => mapper.record(sensor, reading, now))
     }
 
     /// Returns the fused value of every cell, row after row from the lowest.
@@ -206,7 +193,7 @@ impl RobotMap for HostMapper {
         reading: Reading,
         now: Ticks,
     ) -> Result<(), UnknownSensor> {
-        Self::record(self, sensor, reading, now)
+        each!(&mut self.0, mapper => mapper.record(sensor, reading, now))
     }
 
     fn health_of(&self, sensor: SensorId) -> Option<Health> {
