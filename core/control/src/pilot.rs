@@ -391,7 +391,7 @@ mod tests {
         SensorModel {
             check: CrossCheckConfig::new(Mountings {
                 rangefinders,
-                scanner: at(420, 0, 0),
+                scanner: Mountings::IBIS.scanner,
                 rangefinder_range: RANGE,
                 scanner_range: RANGE,
             }),
@@ -402,14 +402,7 @@ mod tests {
     }
 
     fn six() -> SensorModel {
-        model([
-            at(390, 170, 15),
-            at(310, 240, 45),
-            at(0, 280, 95),
-            at(0, -280, -95),
-            at(310, -240, -45),
-            at(390, -170, -15),
-        ])
+        model(Mountings::IBIS.rangefinders)
     }
 
     type Map<const SENSORS: usize> = Mapper<BayesGrid<Geometry, Vec<u8>>, [Health; SENSORS]>;

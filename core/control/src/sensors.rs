@@ -4,7 +4,7 @@
 //! const generics everywhere; the defaults and the aliases are those of \[004\]'s robot, 6 and 101.
 
 use certainty_core::transducer::Reading;
-use certainty_core::units::{BinaryAngle, Direction, Millimeters, Pose};
+use certainty_core::units::{BinaryAngle, Direction, Millimeters, Point, Pose};
 
 /// Rangefinders of \[004\]'s robot.
 pub const RANGEFINDERS: usize = 6;
@@ -33,6 +33,32 @@ pub struct Mountings<const R: usize = RANGEFINDERS> {
     pub rangefinder_range: Millimeters,
     /// The longest distance that the scanner measures.
     pub scanner_range: Millimeters,
+}
+
+impl Mountings {
+    /// The sensors of \[004\]'s robot.
+    ///
+    /// Open choice: Fig. 2 shows them without numbers, all around and most of them ahead. The front and the oblique
+    /// rangefinders look into the scanner's field, so that they and the scanner can be compared.
+    pub const IBIS: Self = Self {
+        rangefinders: [
+            mounting(390, 170, 15),
+            mounting(310, 240, 45),
+            mounting(0, 280, 95),
+            mounting(0, -280, -95),
+            mounting(310, -240, -45),
+            mounting(390, -170, -15),
+        ],
+        scanner: mounting(420, 0, 0),
+        rangefinder_range: Millimeters::new(4000),
+        scanner_range: Millimeters::new(4000),
+    };
+}
+
+/// A place in mm and a direction in degrees.
+const fn mounting(x_mm: i32, y_mm: i32, degrees: i32) -> Pose {
+    let heading = BinaryAngle::from_millidegrees(degrees.wrapping_mul(1000));
+    Pose::new(Point::from_mm(x_mm, y_mm), heading)
 }
 
 /// One reading of every sensor, all taken at the same time.

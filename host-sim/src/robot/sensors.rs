@@ -5,14 +5,14 @@ use crate::random::{Purpose, stream};
 use crate::transducer::{Look, PerfectSensor, Sensor};
 use crate::world::World;
 use certainty_control::{
-    BEAMS, CrossCheckConfig, Failure, Failures, Mountings, PerRangefinder, RANGEFINDERS, SENSORS,
-    SensorModel, SensorReadings, beam_bearing,
+    BEAMS, CrossCheckConfig, Failure, Failures, Mountings, RANGEFINDERS, SENSORS, SensorModel,
+    SensorReadings, beam_bearing,
 };
 use certainty_core::certainty::Certainty;
 use certainty_core::fusion::{BeamConfig, BeamModel, Behind};
 use certainty_core::sensor::SensorId;
 use certainty_core::transducer::{Reading, ValidationConfig, ValidationRules};
-use certainty_core::units::{BinaryAngle, Millimeters, Point, Pose, Ticks};
+use certainty_core::units::{Millimeters, Point, Pose, Ticks};
 use fixed::types::U0F16;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -28,33 +28,10 @@ pub const NAMES: [&str; SENSORS] = ["FL", "OL", "SL", "SR", "OR", "FR", "scanner
 pub const NEAREST: Millimeters = Millimeters::new(30);
 
 /// The longest distance that any of them measures.
-pub const FARTHEST: Millimeters = Millimeters::new(4000);
+pub const FARTHEST: Millimeters = Mountings::IBIS.rangefinder_range;
 
 /// Standard deviation of a distance, in millimetres.
 const NOISE_MM: f64 = 15.0;
-
-/// Where the rangefinders sit and look, in the robot's frame: [`NAMES`] without the scanner.
-///
-/// \[004\] Fig. 2 shows them without numbers: all around, most of them ahead. The front and the oblique ones
-/// look into the scanner's field, so that they and the scanner can be compared.
-#[must_use]
-pub const fn rangefinders() -> PerRangefinder<Pose> {
-    const fn at(x: i32, y: i32, degrees: i32) -> Pose {
-        let heading = BinaryAngle::from_millidegrees(degrees * 1000);
-        Pose::new(Point::from_mm(x, y), heading)
-    }
-    [
-        at(390, 170, 15),
-        at(310, 240, 45),
-        at(0, 280, 95),
-        at(0, -280, -95),
-        at(310, -240, -45),
-        at(390, -170, -15),
-    ]
-}
-
-/// Where the scanner sits: at the front, in the middle.
-pub const SCANNER_POSE: Pose = Pose::new(Point::from_mm(420, 0), BinaryAngle::ZERO);
 
 /// Returns how a reading is drawn into a map.
 ///
@@ -69,17 +46,6 @@ pub fn beam_model() -> BeamModel {
         ..BeamConfig::narrow(FARTHEST)
     };
     BeamModel::new(config)
-}
-
-/// Returns where the sensors sit and look, and how far.
-#[must_use]
-pub const fn mountings() -> Mountings {
-    Mountings {
-        rangefinders: rangefinders(),
-        scanner: SCANNER_POSE,
-        rangefinder_range: FARTHEST,
-        scanner_range: FARTHEST,
-    }
 }
 
 /// Returns what the robot's diagnosis needs to know about the sensors.
@@ -98,7 +64,7 @@ pub fn sensor_model() -> SensorModel {
         max_repeats: 8,
     };
     SensorModel {
-        check: CrossCheckConfig::new(mountings()),
+        check: CrossCheckConfig::new(Mountings::IBIS),
         validation: ValidationRules::new(validation),
         beams: beam_model(),
         obstacle: Certainty::from_bits(192),
@@ -183,13 +149,13 @@ impl RobotSensors {
             })
         };
         let mut rangefinders = [Reading::NoObject; RANGEFINDERS];
-        for (slot, mounting) in self::rangefinders().into_iter().enumerate() {
+        for (slot, mounting) in Mountings::IBIS.rangefinders.into_iter().enumerate() {
             rangefinders[slot] = sense(slot, mounting);
         }
         let mut scan = [Reading::NoObject; BEAMS];
         for (reading, index) in scan.iter_mut().zip(0_u8..) {
             let beam = Pose::new(Point::ORIGIN, beam_bearing(index));
-            *reading = sense(RANGEFINDERS, SCANNER_POSE.compose(beam));
+            *reading = sense(RANGEFINDERS, Mountings::IBIS.scanner.compose(beam));
         }
         SensorReadings { rangefinders, scan }
     }
@@ -217,6 +183,7 @@ impl RobotSensors {
 mod tests {
     use super::*;
     use crate::world::Obstacle;
+    use certainty_core::units::BinaryAngle;
 
     fn wall() -> Arc<World> {
         let wall = Obstacle::wall(
@@ -260,7 +227,7 @@ mod tests {
 
     #[test]
     fn rangefinders_mirror_each_other_and_look_apart() {
-        let poses = rangefinders();
+        let poses = Mountings::IBIS.rangefinders;
         for (slot, pose) in poses.iter().enumerate() {
             let other = poses[poses.len() - 1 - slot];
             assert_eq!(other.at, Point::from_mm(pose.at.x_mm(), -pose.at.y_mm()));

@@ -11,7 +11,7 @@ use certainty_core::fusion::{
 };
 use certainty_core::sensor::SensorId;
 use certainty_core::transducer::Reading;
-use certainty_core::units::{BinaryAngle, Millimeters, Point, Pose, Ticks};
+use certainty_core::units::{Millimeters, Point, Pose, Ticks};
 use certainty_firmware_bench::fusion_run::InitError;
 use cortex_m_semihosting::hprintln;
 
@@ -33,28 +33,8 @@ pub(crate) fn run() -> Result<(), InitError> {
     measure_map("a wall in the map", Some(1450), &POST, &near)
 }
 
-const fn pose(x: i32, y: i32, degrees: i32) -> Pose {
-    let heading = BinaryAngle::from_millidegrees(degrees.wrapping_mul(1000));
-    Pose::new(Point::from_mm(x, y), heading)
-}
-
-/// Sensors as on the simulator's robot.
-const VIEWS: Mountings = Mountings {
-    rangefinders: [
-        pose(390, 170, 15),
-        pose(310, 240, 45),
-        pose(0, 280, 95),
-        pose(0, -280, -95),
-        pose(310, -240, -45),
-        pose(390, -170, -15),
-    ],
-    scanner: pose(420, 0, 0),
-    rangefinder_range: Millimeters::new(4000),
-    scanner_range: Millimeters::new(4000),
-};
-
 const CHECK: CrossCheck = {
-    match CrossCheck::try_new(CrossCheckConfig::new(VIEWS)) {
+    match CrossCheck::try_new(CrossCheckConfig::new(Mountings::IBIS)) {
         Ok(check) => check,
         Err(_) => panic!("no such check"),
     }
@@ -113,7 +93,7 @@ fn cast(wall_x: Option<i32>, expected: &mut ExpectedScan) -> Result<u32, InitErr
     let (ticks, ()) = ticks_of(|| {
         let map = Environment::new(&grid, &[]);
         let obstacle = Certainty::from_bits(192);
-        *expected = ExpectedScan::of_map(&map, Pose::default(), &VIEWS, obstacle);
+        *expected = ExpectedScan::of_map(&map, Pose::default(), &Mountings::IBIS, obstacle);
     });
     Ok(ticks)
 }
