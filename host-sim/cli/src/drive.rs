@@ -11,7 +11,6 @@ use certainty_core::units::Point;
 use certainty_repro::drive_study::Study;
 use certainty_sim::export::{ExportError, OutDir, display_path};
 use certainty_sim::fault::{Defect, FaultSpec, SensorName, SpecError};
-use certainty_sim::fusion::Method;
 use certainty_sim::plot::{Axis, Line, LineChart, Span, Spot, TrackChart};
 use certainty_sim::quantity::{self, Excerpt};
 use certainty_sim::robot::drive::{Event, EventKind, EventSource, LONGEST_MS, Step};
@@ -90,7 +89,7 @@ pub(super) struct Arguments {
         long,
         value_name = "SOURCE",
         default_value = "beams",
-        value_parser = named(MAP_SOURCES, map_name)
+        value_parser = named(MapSource::ALL, MapSource::name)
     )]
     map: MapSource,
     /// Effect of a failed rangefinder on the others: [004] eq. 14 (shared), or none (own)
@@ -129,22 +128,6 @@ pub(super) struct Arguments {
     jobs: Jobs,
     #[command(flatten)]
     common: CommonOptions,
-}
-
-/// The sources of obstacles that `--map` has.
-const MAP_SOURCES: [MapSource; 5] = [
-    MapSource::Beams,
-    MapSource::Map(Method::Bayes),
-    MapSource::Map(Method::Robust),
-    MapSource::Map(Method::Trimmed),
-    MapSource::Map(Method::Median),
-];
-
-const fn map_name(source: MapSource) -> &'static str {
-    match source {
-        MapSource::Beams => "beams",
-        MapSource::Map(method) => method.name(),
-    }
 }
 
 /// Parses coordinates such as `52.2297,21.0122`, to 10⁻⁷ of a degree.

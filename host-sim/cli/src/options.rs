@@ -162,6 +162,48 @@ pub(super) fn given<T: Clone>(option: &str, all: &[OrNone<T>]) -> Result<Vec<T>,
 #[cfg(test)]
 mod tests {
     use super::*;
+    use certainty_sim::backend::Backend;
+    use certainty_sim::fusion::{Method, Rules};
+    use certainty_sim::robot::{HealthMode, MapSource, Memory};
+    use clap::Command;
+    use std::ffi::OsStr;
+
+    /// Asserts that every name is parsed as its value, and that others are refused.
+    fn assert_named<T>(all: &[T], name: fn(T) -> &'static str, names: &[&str])
+    where
+        T: Copy + Send + Sync + PartialEq + core::fmt::Debug + 'static,
+    {
+        let (parser, command) = (named(all.to_vec(), name), Command::new("certainty"));
+        let parse = |text: &str| parser.parse_ref(&command, None, OsStr::new(text));
+        assert_eq!(
+            all.iter().map(|&value| name(value)).collect::<Vec<_>>(),
+            names
+        );
+        for &value in all {
+            assert_eq!(parse(name(value)).unwrap(), value);
+            assert!(parse(&name(value).to_uppercase()).is_err());
+        }
+        assert!(parse("").is_err());
+    }
+
+    #[test]
+    fn names_are_read_back_and_others_refused() {
+        assert_named(
+            &HealthMode::ALL,
+            HealthMode::name,
+            &["given", "diagnosed", "ignored"],
+        );
+        assert_named(
+            &Memory::ALL,
+            Memory::name,
+            &["nobody", "diagnosed", "everyone"],
+        );
+        let sources = ["beams", "bayes", "robust", "trimmed", "median"];
+        assert_named(&MapSource::ALL, MapSource::name, &sources);
+        assert_named(&Method::ALL, Method::name, &sources[1..]);
+        assert_named(&Rules::ALL, Rules::name, &["shipped", "letter", "coarse"]);
+        assert_named(&Backend::ALL, Backend::name, &["native", "qemu", "board"]);
+    }
 
     #[test]
     fn none_and_a_value_are_refused_together() {

@@ -38,7 +38,7 @@ use std::sync::Arc;
 pub(super) struct Arguments {
     /// Where the application runs: in this process, under QEMU, or on an emulated board
     #[arg(long, value_name = "BACKEND", default_value_t = Backend::Native,
-          value_parser = named([Backend::Native, Backend::Qemu, Backend::Board], Backend::name))]
+          value_parser = named(Backend::ALL, Backend::name))]
     on: Backend,
     /// Number of rounds of the schedule; the default is one sweep of the heads at the start, after which
     /// the car drives

@@ -21,9 +21,7 @@ pub use outcome::{BackendError, MissingCounts, Received, ReceivedSensor, RunDeta
 
 use crate::bench::Bench;
 use core::fmt;
-use core::str::FromStr;
 use std::path::Path;
-use thiserror::Error;
 
 /// Where the application runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,12 +34,10 @@ pub enum Backend {
     Board,
 }
 
-/// A text that names no backend.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
-#[error("unknown backend: expected native, qemu or board")]
-pub struct UnknownBackend;
-
 impl Backend {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Native, Self::Qemu, Self::Board];
+
     /// Returns the name it has on a command line.
     #[must_use]
     pub const fn name(self) -> &'static str {
@@ -56,17 +52,6 @@ impl Backend {
 impl fmt::Display for Backend {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
-    }
-}
-
-impl FromStr for Backend {
-    type Err = UnknownBackend;
-
-    fn from_str(text: &str) -> Result<Self, UnknownBackend> {
-        [Self::Native, Self::Qemu, Self::Board]
-            .into_iter()
-            .find(|backend| backend.name() == text)
-            .ok_or(UnknownBackend)
     }
 }
 

@@ -8,4 +8,4 @@ mod mapper;
 mod rules;
 
 pub use mapper::HostMapper;
-pub use rules::{FusionRules, Landmarks, Method, Own, Rules, UnknownMethod, UnknownRules};
+pub use rules::{FusionRules, Landmarks, Method, Own, Rules, UnknownMethod};

@@ -179,32 +179,10 @@ impl Rules {
     }
 }
 
-/// A name of no set.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("unknown rules '{0}': expected shipped, letter or coarse")]
-pub struct UnknownRules(String);
-
-impl FromStr for Rules {
-    type Err = UnknownRules;
-
-    fn from_str(text: &str) -> Result<Self, UnknownRules> {
-        let found = Self::ALL.into_iter().find(|rules| rules.name() == text);
-        found.ok_or_else(|| UnknownRules(text.to_owned()))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use certainty_core::health::FaultAttribution;
-
-    #[test]
-    fn rules_are_parsed_by_name() {
-        for rules in Rules::ALL {
-            assert_eq!(rules.name().parse(), Ok(rules));
-        }
-        assert!("Letter".parse::<Rules>().is_err());
-    }
 
     #[test]
     fn only_shipped_rules_weigh_free_agreement_apart() {

@@ -2,13 +2,12 @@
 
 use super::course::Course;
 use super::sensors::sensor_model;
-use crate::fusion::{HostMapper, Method, UnknownMethod};
+use crate::fusion::{HostMapper, Method};
 use certainty_control::{
     ControlConfig, ControlRules, CoverageConfig, Effort, FailureSharing, HistogramSource, Pilot,
     PilotMaps, RANGEFINDERS, SENSORS,
 };
 use core::fmt;
-use core::str::FromStr;
 
 /// Where the control level's failures come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -39,20 +38,6 @@ impl HealthMode {
 impl fmt::Display for HealthMode {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
-    }
-}
-
-/// The name is not a health mode's.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("unknown health mode '{0}': expected given, diagnosed or ignored")]
-pub struct UnknownHealthMode(pub String);
-
-impl FromStr for HealthMode {
-    type Err = UnknownHealthMode;
-
-    fn from_str(name: &str) -> Result<Self, UnknownHealthMode> {
-        let found = Self::ALL.into_iter().find(|mode| mode.name() == name);
-        found.ok_or_else(|| UnknownHealthMode(name.to_owned()))
     }
 }
 
@@ -92,20 +77,6 @@ impl Memory {
     }
 }
 
-/// The name is not a memory's.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("unknown memory '{0}': expected nobody, diagnosed or everyone")]
-pub struct UnknownMemory(pub String);
-
-impl FromStr for Memory {
-    type Err = UnknownMemory;
-
-    fn from_str(name: &str) -> Result<Self, UnknownMemory> {
-        let found = Self::ALL.into_iter().find(|memory| memory.name() == name);
-        found.ok_or_else(|| UnknownMemory(name.to_owned()))
-    }
-}
-
 /// What the histogram is made from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MapSource {
@@ -115,31 +86,29 @@ pub enum MapSource {
     Map(Method),
 }
 
-impl fmt::Display for MapSource {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl MapSource {
+    /// All of them, in the order of the help.
+    pub const ALL: [Self; 5] = [
+        Self::Beams,
+        Self::Map(Method::Bayes),
+        Self::Map(Method::Robust),
+        Self::Map(Method::Trimmed),
+        Self::Map(Method::Median),
+    ];
+
+    /// Returns its name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
         match self {
-            Self::Beams => f.write_str("beams"),
-            Self::Map(method) => method.fmt(f),
+            Self::Beams => "beams",
+            Self::Map(method) => method.name(),
         }
     }
 }
 
-/// The name is neither `beams` nor a fusion method's.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("unknown map '{0}': expected beams, bayes, robust, trimmed or median")]
-pub struct UnknownMapSource(pub String);
-
-impl FromStr for MapSource {
-    type Err = UnknownMapSource;
-
-    fn from_str(name: &str) -> Result<Self, UnknownMapSource> {
-        if name == "beams" {
-            return Ok(Self::Beams);
-        }
-        let method: Result<Method, UnknownMethod> = name.parse();
-        method
-            .map(Self::Map)
-            .map_err(|UnknownMethod(name)| UnknownMapSource(name))
+impl fmt::Display for MapSource {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
     }
 }
 
@@ -221,25 +190,6 @@ mod tests {
     use certainty_core::sensor::SensorId;
     use certainty_core::transducer::Reading;
     use certainty_core::units::Ticks;
-
-    #[test]
-    fn names_are_read_back_and_others_refused() {
-        for mode in HealthMode::ALL {
-            assert_eq!(mode.name().parse(), Ok(mode));
-        }
-        let error = "Given".parse::<HealthMode>().unwrap_err();
-        let expected = "unknown health mode 'Given': expected given, diagnosed or ignored";
-        assert_eq!(error.to_string(), expected);
-        for memory in Memory::ALL {
-            assert_eq!(memory.name().parse(), Ok(memory));
-        }
-        assert!("".parse::<Memory>().is_err());
-        for name in ["beams", "bayes", "robust", "trimmed", "median"] {
-            let source: MapSource = name.parse().unwrap();
-            assert_eq!(source.to_string(), name);
-        }
-        assert!("".parse::<MapSource>().is_err());
-    }
 
     #[test]
     fn a_memory_applies_to_the_robots_it_names() {
