@@ -3,13 +3,13 @@
 //! The first byte chooses where the scan ends and the echoes begin; four bytes are a beam, two an echo.
 #![no_main]
 
+use certainty_core::sensor::SensorId;
+use certainty_core::transducer::{Missing, Reading};
+use certainty_core::units::{BinaryAngle, Millimeters, Pose};
 use certainty_ring::{
     Assessment, Distances, Echoes, INDEPENDENT_OVERLAPS, Monitor, PATHS_OF_A_SENSOR, Polygon,
     PolygonRules, Ring, RingConfig, RingRules, Scan, Scanner,
 };
-use certainty_core::sensor::SensorId;
-use certainty_core::transducer::{Missing, Reading};
-use certainty_core::units::{BinaryAngle, Millimeters, Pose};
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|data: &[u8]| {
@@ -33,7 +33,10 @@ fn assess(beams: &[u8], echoes: &[u8]) -> Assessment<24> {
     let mut scan = Scan::<722>::new();
     for beam in beams.chunks_exact(4) {
         let bearing = BinaryAngle::from_bits(u16::from_le_bytes([beam[0], beam[1]]));
-        if scan.add(&scanner, bearing, reading([beam[2], beam[3]])).is_err() {
+        if scan
+            .add(&scanner, bearing, reading([beam[2], beam[3]]))
+            .is_err()
+        {
             assert_eq!(scan.points().len(), 722);
         }
     }
@@ -45,7 +48,9 @@ fn assess(beams: &[u8], echoes: &[u8]) -> Assessment<24> {
         let from = place / 7 % 24;
         let to = (from + place % 7 + 21) % 24;
         let ends = [from, to].map(|slot| SensorId::from_slot(slot).unwrap());
-        received.set(ends[0], ends[1], reading([echo[0], echo[1]])).unwrap();
+        received
+            .set(ends[0], ends[1], reading([echo[0], echo[1]]))
+            .unwrap();
     }
     let rules = RingRules::DEFAULT;
     let expected = Distances::simulated(&ring, &polygon);
