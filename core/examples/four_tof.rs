@@ -23,13 +23,6 @@ const MODEL: BeamModel = BeamModel::new(BeamConfig::narrow(FARTHEST));
 /// 30 × 12 cells of 100 mm, the lower left corner at (-200, -600) mm.
 type Corridor = Area<30, 12, 100, -200, -600>;
 
-const fn id(slot: usize) -> SensorId {
-    match SensorId::from_slot(slot) {
-        Some(id) => id,
-        None => panic!("at most 255 sensors"),
-    }
-}
-
 /// The direction of a sensor as seen from the robot: a quarter turn left of the one before.
 const fn aim(slot: u16) -> BinaryAngle {
     BinaryAngle::from_bits(slot.wrapping_mul(BinaryAngle::QUARTER.to_bits()))
@@ -50,14 +43,14 @@ const ROUND: Schedule<8, SENSORS> = Schedule::new(ScheduleConfig {
     stale_after: 2000,
     apart: BinaryAngle::from_millidegrees(60_000),
     slots: [
-        Slot::new(0, 20, Measure(id(0))),
-        Slot::new(20, 20, Measure(id(1))),
-        Slot::new(40, 20, Measure(id(2))),
-        Slot::new(60, 20, Measure(id(3))),
-        Slot::new(80, 2, Fuse(id(0))),
-        Slot::new(82, 2, Fuse(id(1))),
-        Slot::new(84, 2, Fuse(id(2))),
-        Slot::new(86, 2, Fuse(id(3))),
+        Slot::new(0, 20, Measure(SensorId::new(1))),
+        Slot::new(20, 20, Measure(SensorId::new(2))),
+        Slot::new(40, 20, Measure(SensorId::new(3))),
+        Slot::new(60, 20, Measure(SensorId::new(4))),
+        Slot::new(80, 2, Fuse(SensorId::new(1))),
+        Slot::new(82, 2, Fuse(SensorId::new(2))),
+        Slot::new(84, 2, Fuse(SensorId::new(3))),
+        Slot::new(86, 2, Fuse(SensorId::new(4))),
     ],
     stations: [station(0), station(1), station(2), station(3)],
 });

@@ -73,16 +73,17 @@ impl Sonar {
 
 fn main() -> Result<(), Box<dyn core::error::Error>> {
     let config = ValidationConfig::sweeping(NEAREST, FARTHEST, 500, 1, 100);
-    let sonar = |number, y, degrees: i32| -> Result<Sonar, Box<dyn core::error::Error>> {
+    let rules = ValidationRules::try_new(config)?;
+    let sonar = |number, y, degrees: i32| {
         let heading = BinaryAngle::from_millidegrees(degrees * 1000);
-        Ok(Sonar {
-            id: SensorId::try_new(number).ok_or("sensors count from 1")?,
+        Sonar {
+            id: SensorId::new(number),
             mounting: Pose::new(Point::from_mm(100, y), heading),
-            rules: ValidationRules::try_new(config)?,
+            rules,
             validator: Validator::new(),
-        })
+        }
     };
-    let (mut left, mut right) = (sonar(1, 80, 10)?, sonar(2, -80, -10)?);
+    let (mut left, mut right) = (sonar(1, 80, 10), sonar(2, -80, -10));
 
     // 20 × 16 cells of 100 mm; the robot stands in the middle of the left edge and looks along +x.
     let grid = MedianArray::<Area<20, 16, 100, 0, -800>, 2>::new(Area);

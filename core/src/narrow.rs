@@ -2,7 +2,7 @@
 #![expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
-    reason = "each function says what it does with the bits that do not fit"
+    reason = "the doc comment of each function states what becomes of the bits that do not fit"
 )]
 
 /// Returns the low bits.

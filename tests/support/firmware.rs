@@ -3,10 +3,11 @@
 use crate::process::{Ran, executable, run};
 use crate::{skipped, workspace};
 use core::time::Duration;
+use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::{self, Command, Stdio};
-use std::sync::OnceLock;
+use std::sync::{Mutex, OnceLock, PoisonError};
 use std::{env, io};
 
 /// The microcontroller's target.
@@ -35,14 +36,19 @@ pub fn image_with(name: &str, feature: &str) -> Option<PathBuf> {
     )
 }
 
-/// Builds an image and returns the path of a copy of it.
+/// Builds an image, once a process, and returns the path of a copy of it.
 ///
 /// Builds with different features write to the same file, hence the copy, and the lock until it is made.
 fn build<const N: usize>(arguments: [&str; N], name: &str, copy: &str) -> Option<PathBuf> {
+    static BUILT: Mutex<BTreeMap<String, PathBuf>> = Mutex::new(BTreeMap::new());
     static INSTALLED: OnceLock<bool> = OnceLock::new();
     if !*INSTALLED.get_or_init(target_is_installed) {
         skipped(&format!("rustup target add {TARGET}"));
         return None;
+    }
+    let mut built = BUILT.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(image) = built.get(copy) {
+        return Some(image.clone());
     }
     let copied = || -> io::Result<PathBuf> {
         // Beside the test: wherever cargo puts its target folder.
@@ -59,7 +65,9 @@ fn build<const N: usize>(arguments: [&str; N], name: &str, copy: &str) -> Option
         fs::rename(part, &copy)?;
         Ok(copy)
     };
-    Some(copied().expect("the image can be copied"))
+    let image = copied().expect("the image can be copied");
+    built.insert(copy.into(), image.clone());
+    Some(image)
 }
 
 fn target_is_installed() -> bool {

@@ -4,7 +4,7 @@ use certainty_control::Wheels;
 use certainty_firmware::remote::{Channel, Line};
 use certainty_firmware::smart_car::MOTOR;
 use certainty_firmware::telemetry::{Drive, DriveState};
-use certainty_sim::backend::board::{BoardError, EmulatedBoard, ResetCause};
+use certainty_sim::backend::board::{BoardError, EmulatedBoard, ResetCause, emulated_board};
 use certainty_sim::backend::{Image, Received};
 use certainty_sim::bench::{Bench, BenchSetup, Wires};
 use certainty_sim::transducer::SensorSet;
@@ -56,12 +56,11 @@ fn board() -> Option<EmulatedBoard<Recorded>> {
         levels: Vec::new(),
         pulses: Vec::new(),
     };
-    Some(EmulatedBoard::new(&image, recorded).unwrap())
+    Some(emulated_board(&image, recorded).unwrap())
 }
 
 fn run(board: &mut EmulatedBoard<Recorded>, rounds: u64) {
-    let done = board.run_until(rounds * ROUND_MS, |_| false);
-    assert_eq!(done, Ok(false));
+    assert_eq!(board.run_for(rounds * ROUND_MS), Ok(()));
 }
 
 /// Returns the drive reports, one a round.
@@ -73,7 +72,7 @@ fn drives(board: &mut EmulatedBoard<Recorded>) -> Vec<Drive> {
 
 /// Returns the motors' pulse widths and their times.
 fn motor_pulses(board: &mut EmulatedBoard<Recorded>) -> Vec<(Channel, u32, u64)> {
-    let mut pulses = board.with_wires(|wires| wires.pulses.clone());
+    let mut pulses = board.with_pins(|pins| pins.0.pulses.clone());
     pulses.retain(|(channel, ..)| matches!(channel, Channel::Motor(_)));
     pulses
 }
@@ -90,7 +89,7 @@ fn spans(edges: &[(bool, u64)]) -> Vec<u64> {
 fn sensors_are_clocked_as_in_their_data_sheet() {
     let Some(mut board) = board() else { return };
     run(&mut board, 2);
-    let levels = board.with_wires(|wires| wires.levels.clone());
+    let levels = board.with_pins(|pins| pins.0.levels.clone());
     for slot in 0..3 {
         let edges = levels.iter().filter(|(line, ..)| *line == Line::Vin(slot));
         let edges: Vec<_> = edges.map(|&(_, high, at)| (high, at)).collect();
@@ -113,7 +112,7 @@ fn sensors_are_clocked_as_in_their_data_sheet() {
 fn rangers_are_triggered_one_after_the_other() {
     let Some(mut board) = board() else { return };
     run(&mut board, 2);
-    let levels = board.with_wires(|wires| wires.levels.clone());
+    let levels = board.with_pins(|pins| pins.0.levels.clone());
     let mut rises = Vec::new();
     for slot in 0..2 {
         let edges = levels
@@ -136,7 +135,7 @@ fn rangers_are_triggered_one_after_the_other() {
 fn servos_get_whole_pulses_within_their_limits() {
     let Some(mut board) = board() else { return };
     run(&mut board, 5);
-    let mut pulses = board.with_wires(|wires| wires.pulses.clone());
+    let mut pulses = board.with_pins(|pins| pins.0.pulses.clone());
     pulses.retain(|(channel, ..)| matches!(channel, Channel::Servo(_)));
     assert_eq!(
         pulses.len(),
@@ -170,7 +169,7 @@ fn servos_get_whole_pulses_within_their_limits() {
 fn motors_are_set_at_the_same_time_of_every_round() {
     let Some(mut board) = board() else { return };
     run(&mut board, 44);
-    let first_servo = board.with_wires(|wires| wires.pulses[0].2);
+    let first_servo = board.with_pins(|pins| pins.0.pulses[0].2);
     let motors = motor_pulses(&mut board);
     // Only changes are recorded: at first both stand, for 37 rounds.
     assert!(motors[..2].iter().all(|one| one.1 == 1_500), "{motors:?}");
@@ -190,7 +189,7 @@ fn motors_are_set_at_the_same_time_of_every_round() {
 fn motor_pulses_are_those_of_the_telemetry() {
     let Some(mut board) = board() else { return };
     run(&mut board, 60);
-    let first_servo = board.with_wires(|wires| wires.pulses[0].2);
+    let first_servo = board.with_pins(|pins| pins.0.pulses[0].2);
     let pulses = motor_pulses(&mut board);
     let drives = drives(&mut board);
     assert!(drives.len() >= 59, "{}", drives.len());
@@ -219,11 +218,11 @@ fn deciding_takes_at_most_360_000_cycles() {
     let mut most = 0;
     for _ in 0..80 {
         // The boot takes less than a millisecond, so that the slots begin soon after whole ones.
-        assert_eq!(board.run_until(721, |_| false), Ok(false));
+        assert_eq!(board.run_for(721), Ok(()));
         let before = board.cycles_awake();
-        assert_eq!(board.run_until(51, |_| false), Ok(false));
+        assert_eq!(board.run_for(51), Ok(()));
         most = most.max(board.cycles_awake() - before);
-        assert_eq!(board.run_until(28, |_| false), Ok(false));
+        assert_eq!(board.run_for(28), Ok(()));
     }
     assert!((100_000..=360_000).contains(&most), "{most} cycles");
     assert_eq!(
@@ -289,8 +288,8 @@ fn a_fault_or_unknown_exception_resets_at_once() {
         let Some(image) = with_first_instruction(instruction) else {
             return;
         };
-        let mut board = EmulatedBoard::new(&image, NoWires).unwrap();
-        let ended = board.run_until(ROUND_MS, |_| false);
+        let mut board = emulated_board(&image, NoWires).unwrap();
+        let ended = board.run_for(ROUND_MS);
         let soon = matches!(ended, Err(BoardError::Reset { at_ns }) if at_ns < 5 * MILLISECOND);
         assert!(soon, "{instruction:x}: {ended:?}");
     }
@@ -315,7 +314,7 @@ fn two_runs_are_equal_in_every_cycle() {
         assert_eq!(one.cycles(), other.cycles());
     }
     let levels =
-        |board: &mut EmulatedBoard<Recorded>| board.with_wires(|wires| wires.levels.clone());
+        |board: &mut EmulatedBoard<Recorded>| board.with_pins(|pins| pins.0.levels.clone());
     assert_eq!(levels(&mut one), levels(&mut other));
     assert_eq!(one.lowest_stack_pointer(), other.lowest_stack_pointer());
 }
@@ -336,7 +335,7 @@ fn an_image_for_another_processor_is_refused() {
     };
     let mut image = fs::read(image).unwrap();
     image[18] = 243; // RISC-V
-    let error = EmulatedBoard::new(&image, NoWires).unwrap_err();
+    let error = emulated_board(&image, NoWires).unwrap_err();
     assert_eq!(
         error,
         BoardError::NotAnImage("it is for another processor".into())
@@ -364,8 +363,8 @@ fn without_devices_the_schedule_continues() {
         return;
     };
     let image = fs::read(image).unwrap();
-    let mut board = EmulatedBoard::new(&image, NoWires).unwrap();
-    assert_eq!(board.run_until(10 * ROUND_MS, |_| false), Ok(false));
+    let mut board = emulated_board(&image, NoWires).unwrap();
+    assert_eq!(board.run_for(10 * ROUND_MS), Ok(()));
     assert!(!board.take_serial().is_empty());
 }
 

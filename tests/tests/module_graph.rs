@@ -5,11 +5,11 @@
 //! counts as an arrow to the module that has the item. Test modules are left out.
 
 use certainty_tests::workspace;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fs;
 use std::path::{Path, PathBuf};
 use syn::visit::{self, Visit};
-use syn::{Attribute, Item, ItemMod, ItemUse, UseTree, Visibility};
+use syn::{Attribute, Item, ItemUse, UseTree, Visibility};
 
 /// The folders of sources, one a package.
 const PACKAGES: [&str; 12] = [
@@ -37,7 +37,7 @@ struct Source {
     /// Paths that it uses, as they are written.
     used: Vec<Vec<String>>,
     /// Names that it re-exports, with the paths that they stand for.
-    signposts: BTreeMap<String, Vec<String>>,
+    reexports: BTreeMap<String, Vec<String>>,
 }
 
 fn is_test(attributes: &[Attribute]) -> bool {
@@ -80,17 +80,12 @@ impl<'ast> Visit<'ast> for Source {
         let attributes = match item {
             Item::Fn(item) => &item.attrs,
             Item::Impl(item) => &item.attrs,
+            Item::Mod(item) => &item.attrs,
             Item::Use(item) => &item.attrs,
             _ => return visit::visit_item(self, item),
         };
         if !is_test(attributes) {
             visit::visit_item(self, item);
-        }
-    }
-
-    fn visit_item_mod(&mut self, item: &'ast ItemMod) {
-        if !is_test(&item.attrs) {
-            visit::visit_item_mod(self, item);
         }
     }
 
@@ -104,7 +99,7 @@ impl<'ast> Visit<'ast> for Source {
             }
             // A child may import through a private `use` of its parent, too.
             if name != "*" {
-                self.signposts.insert(name, path);
+                self.reexports.insert(name, path);
             }
         }
     }
@@ -152,11 +147,7 @@ impl Package {
                 let text = fs::read_to_string(&path).unwrap();
                 let parsed =
                     syn::parse_file(&text).unwrap_or_else(|error| panic!("{path:?}: {error}"));
-                if parsed
-                    .attrs
-                    .iter()
-                    .any(|attribute| is_test(core::slice::from_ref(attribute)))
-                {
+                if is_test(&parsed.attrs) {
                     continue;
                 }
                 let mut source = Source {
@@ -198,21 +189,19 @@ impl Package {
                 at = child;
                 continue;
             }
-            return Some(self.behind_signposts(&at, name, depth).unwrap_or(at));
+            return Some(self.behind_reexports(&at, name, depth).unwrap_or(at));
         }
         Some(at)
     }
 
     /// The module that `name` lives in, where `at` only re-exports it.
-    fn behind_signposts(&self, at: &Module, name: &str, depth: usize) -> Option<Module> {
+    fn behind_reexports(&self, at: &Module, name: &str, depth: usize) -> Option<Module> {
         let source = self.0.get(at)?;
         if depth == 0 {
             return None;
         }
-        match source.signposts.get(name) {
-            Some(path) => self.home(at, path, depth - 1),
-            None => None,
-        }
+        let path = source.reexports.get(name)?;
+        self.home(at, path, depth - 1)
     }
 
     /// The arrows from each module, with the paths that make them.
@@ -238,9 +227,9 @@ impl Package {
                 .map_or_else(Vec::new, |to| to.keys().cloned().collect())
         };
         for start in self.0.keys() {
-            // Breadth first, so that the shortest circle through `start` is what is shown.
+            // Breadth first, so that the shortest circle through `start` is found.
             let mut before: BTreeMap<Module, Module> = BTreeMap::new();
-            let mut waiting = std::collections::VecDeque::from([start.clone()]);
+            let mut waiting = VecDeque::from([start.clone()]);
             while let Some(at) = waiting.pop_front() {
                 for next in step(&at) {
                     if next == *start {
@@ -315,7 +304,7 @@ fn a_child_that_needs_its_parent_is_a_circle() {
 }
 
 #[test]
-fn signposts_and_tests_are_no_arrows() {
+fn reexports_and_tests_are_no_arrows() {
     let none = package(&[
         ("lib.rs", "mod a; mod b; pub use a::A; pub use b::B;"),
         (
@@ -328,7 +317,7 @@ fn signposts_and_tests_are_no_arrows() {
 }
 
 #[test]
-fn a_circle_through_a_signpost_is_found() {
+fn a_circle_through_a_reexport_is_found() {
     let circle = package(&[
         ("lib.rs", "mod a; mod b; pub use a::A; pub use b::B;"),
         ("a.rs", "use super::B; pub struct A(B);"),

@@ -1,6 +1,7 @@
-//! Every path, command, test and link in `docs/paper-map.md` exists, and so do the files and links that the
-//! other pages and every `README.md` name.
+//! Every path, command and test in `docs/paper-map.md` exists, and so do the files and links that it, the other
+//! pages and every `README.md` name.
 
+use certainty_tests::workspace;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -32,10 +33,6 @@ const TOP: [&str; 6] = [
 const ITEMS: [&str; 9] = [
     "fn", "struct", "enum", "trait", "type", "const", "static", "mod", "union",
 ];
-
-fn root() -> &'static Path {
-    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
-}
 
 /// Every file below a folder, without what Cargo builds.
 fn files(folder: &Path) -> Vec<PathBuf> {
@@ -126,7 +123,7 @@ impl Names {
 /// The names of all test functions.
 fn tests() -> BTreeSet<String> {
     let mut found = BTreeSet::new();
-    let folders = TESTED.map(|folder| root().join(folder));
+    let folders = TESTED.map(|folder| workspace().join(folder));
     for (_, text) in folders.iter().flat_map(|folder| sources(folder)) {
         let mut attributed = false;
         for line in text.lines().map(str::trim) {
@@ -144,7 +141,7 @@ fn tests() -> BTreeSet<String> {
 
 /// The names of the program's commands, which are variants of one enum.
 fn commands() -> BTreeSet<String> {
-    let main = fs::read_to_string(root().join("host-sim/cli/src/main.rs")).unwrap();
+    let main = fs::read_to_string(workspace().join("host-sim/cli/src/main.rs")).unwrap();
     let (_, variants) = main.split_once("enum Command {").unwrap();
     let (variants, _) = variants.split_once("\n}").unwrap();
     let names = variants
@@ -180,10 +177,10 @@ fn anchors(file: &Path) -> BTreeSet<String> {
 
 #[test]
 fn everything_on_the_paper_map_exists() {
-    let docs = root().join("docs");
+    let docs = workspace().join("docs");
     let page = fs::read_to_string(docs.join("paper-map.md")).unwrap();
     let packages: BTreeMap<_, _> = PACKAGES
-        .map(|(name, folder)| (name, Names::of(&root().join(folder))))
+        .map(|(name, folder)| (name, Names::of(&workspace().join(folder))))
         .into();
     let (tests, commands) = (tests(), commands());
     let mut wrong = Vec::new();
@@ -199,7 +196,7 @@ fn everything_on_the_paper_map_exists() {
                     complain(format!("no command '{command}'"));
                 }
             } else if name.contains('/') {
-                if !root().join(name).exists() {
+                if !workspace().join(name).exists() {
                     complain(format!("no file {name}"));
                 }
             } else if let Some((package, path)) = name.split_once("::") {
@@ -217,35 +214,35 @@ fn everything_on_the_paper_map_exists() {
                 complain(format!("no test {name}"));
             }
         }
-        for link in links(line) {
-            checked += 1;
-            let (file, anchor) = link.split_once('#').unwrap_or((link, ""));
-            let file = docs.join(file);
-            if !file.exists() {
-                complain(format!("no page {link}"));
-            } else if !anchor.is_empty() && !anchors(&file).contains(anchor) {
-                complain(format!("no heading {link}"));
-            }
-        }
     }
     assert!(wrong.is_empty(), "docs/paper-map.md\n{}", wrong.join("\n"));
     assert!(checked > 150, "only {checked} names were found to check");
 }
 
-/// The pages whose files and links are checked besides the paper map.
+/// The pages whose files and links are checked.
 fn pages() -> Vec<PathBuf> {
-    let docs = root().join("docs");
+    let docs = workspace().join("docs");
     let adr = fs::read_dir(docs.join("adr")).unwrap();
     let mut pages: Vec<_> = adr.map(|entry| entry.unwrap().path()).collect();
-    pages.extend(["ARCHITECTURE.md", "hardware.md", "reproduction.md"].map(|page| docs.join(page)));
-    pages.extend(["CONTRIBUTING.md", "README.md"].map(|page| root().join(page)));
-    let below = TOP.iter().flat_map(|folder| files(&root().join(folder)));
+    pages.extend(
+        [
+            "ARCHITECTURE.md",
+            "hardware.md",
+            "paper-map.md",
+            "reproduction.md",
+        ]
+        .map(|page| docs.join(page)),
+    );
+    pages.extend(["CONTRIBUTING.md", "README.md"].map(|page| workspace().join(page)));
+    let below = TOP
+        .iter()
+        .flat_map(|folder| files(&workspace().join(folder)));
     pages.extend(below.filter(|path| path.ends_with("README.md")));
     pages
 }
 
 #[test]
-fn files_and_links_of_the_other_pages_exist() {
+fn files_and_links_of_the_pages_exist() {
     let mut wrong = Vec::new();
     let (mut readmes, mut checked) = (0, 0);
     for page in pages() {
@@ -264,7 +261,7 @@ fn files_and_links_of_the_other_pages_exist() {
             let files = quoted(line).filter(|name| TOP.iter().any(|top| name.starts_with(top)));
             for file in files.filter(|file| !file.contains([' ', '*'])) {
                 checked += 1;
-                if !root().join(file).exists() {
+                if !workspace().join(file).exists() {
                     complain(file);
                 }
             }

@@ -36,7 +36,7 @@ pub fn nearness(reading: Reading, default: Millimeters) -> Option<Effort> {
         Reading::Missing(_) => return None,
         Reading::TooNear => default,
         Reading::NoObject => Millimeters::ZERO,
-        Reading::Echo(distance) => default.saturating_sub(distance),
+        Reading::Echo(distance) => default - distance,
     };
     // At most one, in 32 bits and 16 more.
     let wide = u64::from(nearer_by.get()) << Effort::FRAC_NBITS;
@@ -231,7 +231,7 @@ mod tests {
     fn a_turn_is_the_opposite_of_its_mirror_image() {
         for bits in 0..=u16::MAX {
             let goal = BinaryAngle::from_bits(bits);
-            let mirrored = BinaryAngle::ZERO.wrapping_sub(goal);
+            let mirrored = -goal;
             let turn = azimuth_turn(goal, Side::Left);
             assert_eq!(azimuth_turn(mirrored, Side::Right), -turn);
             assert!(turn.abs() <= Effort::ONE);

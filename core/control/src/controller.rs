@@ -194,9 +194,7 @@ impl<C: Borrow<ControlRules<R>>, const R: usize> Controller<C, R> {
         }
         let bearing = input.pose.at.bearing(input.goal);
         // At the goal itself, within its radius, any bearing will do.
-        let goal = bearing.map_or(BinaryAngle::ZERO, |bearing| {
-            bearing.wrapping_sub(input.pose.heading)
-        });
+        let goal = bearing.map_or(BinaryAngle::ZERO, |bearing| bearing - input.pose.heading);
 
         let v0 = config.braitenberg.turn(&fresh.nearness(config));
         let (v1, valley, is_open) = self.avoidance(fresh, goal);
@@ -370,10 +368,7 @@ mod tests {
         fn mirrored(&self) -> Self {
             let flip = |point: Point| Point::from_mm(point.x_mm(), -point.y_mm());
             let mut mirrored = self.clone();
-            mirrored.pose = Pose::new(
-                flip(self.pose.at),
-                BinaryAngle::ZERO.wrapping_sub(self.pose.heading),
-            );
+            mirrored.pose = Pose::new(flip(self.pose.at), -self.pose.heading);
             mirrored.goal = flip(self.goal);
             mirrored.rangefinders.reverse();
             mirrored.scan.reverse();

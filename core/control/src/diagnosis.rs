@@ -5,7 +5,7 @@ use crate::expected_scan::ExpectedScan;
 use crate::failures::{Failures, SensorFlags};
 use crate::sensors::{BEAMS, RANGEFINDERS, ScanGeometry, SensorReadings};
 use certainty_core::transducer::{Finding, Missing, Reading, ValidationRules, Validator};
-use certainty_core::units::{BinaryAngle, Point, Pose, Ticks};
+use certainty_core::units::{BinaryAngle, Pose, Ticks};
 
 /// What a jump adds to the count of jumps; any other reading subtracts one.
 const JUMP: u8 = 4;
@@ -42,12 +42,12 @@ impl PlausibilityFilter {
         }
     }
 
-    /// Returns `reading`, taken at `now` by a sensor at `pose` in the map, or *missing* in its place.
+    /// Returns `reading`, taken at `now` in direction `bearing` of the map, or *missing* in its place.
     pub fn filter(
         &mut self,
         rules: &ValidationRules,
         reading: Reading,
-        pose: Pose,
+        bearing: BinaryAngle,
         now: Ticks,
     ) -> Reading {
         // *Too near* can repeat as well: an object so near in every direction is within the robot.
@@ -59,9 +59,10 @@ impl PlausibilityFilter {
             Reading::TooNear => (Reading::Echo(rules.config().nearest), Some(0)),
             Reading::NoObject | Reading::Missing(_) => (reading, None),
         };
-        let (bearing, ahead) = (pose.heading, BinaryAngle::ZERO);
         let by_repetition = self.repetitions.validate(rules, claim, value, bearing, now);
-        let by_distance = self.distances.validate(rules, reading, None, ahead, now);
+        let by_distance = self
+            .distances
+            .validate(rules, reading, None, BinaryAngle::ZERO, now);
         self.jumps = match by_distance.finding {
             Finding::Jump => self.jumps.saturating_add(JUMP).min(MOST),
             _ => self.jumps.saturating_sub(1),
@@ -120,15 +121,16 @@ impl<const R: usize, const B: usize> Diagnosis<R, B> {
     /// Replaces implausible readings of a robot at `robot` by missing ones.
     pub fn validate(&mut self, readings: &mut SensorReadings<R, B>, robot: Pose, now: Ticks) {
         let mountings = &self.check.config().mountings;
-        let scanner = robot.compose(mountings.scanner);
+        let scanner = robot.heading + mountings.scanner.heading;
         let each = (readings.rangefinders.iter_mut()).zip(&mut self.rangefinders);
         for ((reading, filter), &mounting) in each.zip(&mountings.rangefinders) {
-            *reading = filter.filter(&self.rules, *reading, robot.compose(mounting), now);
+            let bearing = robot.heading + mounting.heading;
+            *reading = filter.filter(&self.rules, *reading, bearing, now);
         }
         let each = readings.scan.iter_mut().zip(&mut self.beams);
         for ((reading, filter), index) in each.zip(0..=u8::MAX) {
-            let along = Pose::new(Point::ORIGIN, ScanGeometry::<B>::bearing(index));
-            *reading = filter.filter(&self.rules, *reading, scanner.compose(along), now);
+            let bearing = scanner + ScanGeometry::<B>::bearing(index);
+            *reading = filter.filter(&self.rules, *reading, bearing, now);
         }
     }
 
@@ -180,10 +182,9 @@ mod tests {
         let mut filter = PlausibilityFilter::new();
         let numbered = (0..).zip(readings);
         let filtered = numbered.map(|(step, reading)| {
-            let heading = BinaryAngle::from_millidegrees(1000 * step);
-            let pose = Pose::new(Point::ORIGIN, heading);
+            let bearing = BinaryAngle::from_millidegrees(1000 * step);
             let now = Ticks::new(50 * step.unsigned_abs());
-            filter.filter(&rules(), reading, pose, now)
+            filter.filter(&rules(), reading, bearing, now)
         });
         filtered.collect()
     }

@@ -114,7 +114,7 @@ pub fn scan_of_map<const B: usize>(
 ) -> [Reading; B] {
     let mut scan = [Reading::NoObject; B];
     for (reading, index) in scan.iter_mut().zip(0..=u8::MAX) {
-        let heading = (scanner.heading).wrapping_add(ScanGeometry::<B>::bearing(index));
+        let heading = scanner.heading + ScanGeometry::<B>::bearing(index);
         *reading = map
             .cast(Pose::new(scanner.at, heading), range, obstacle)
             .hit;
@@ -164,11 +164,11 @@ impl RayFan {
     /// Cost: the cells on 11 lines of length `range`.
     #[must_use]
     pub fn of_map(map: &impl CastRay, from: Pose, range: Millimeters, obstacle: Certainty) -> Self {
-        let mut heading = from.heading.wrapping_add(RIGHTMOST);
+        let mut heading = from.heading + RIGHTMOST;
         let mut results = [RayHit::UNKNOWN; RAYS];
         for result in &mut results {
             *result = map.cast(Pose::new(from.at, heading), range, obstacle);
-            heading = heading.wrapping_add(STEP);
+            heading += STEP;
         }
         let [_, _, _, _, right, ahead, left, ..] = results;
         let clear = right.clear.min(ahead.clear).min(left.clear);
@@ -267,7 +267,7 @@ impl<const R: usize, const B: usize> ExpectedScan<R, B> {
         let scanner = robot.compose(mountings.scanner);
         let beams = expected.scan.iter_mut().zip(&mut expected.clear);
         for ((reading, clear), index) in beams.zip(0..=u8::MAX) {
-            let heading = (scanner.heading).wrapping_add(ScanGeometry::<B>::bearing(index));
+            let heading = scanner.heading + ScanGeometry::<B>::bearing(index);
             let along = Pose::new(scanner.at, heading);
             let result = map.cast(along, mountings.scanner_range, obstacle);
             (*reading, *clear) = (result.hit, result.clear);

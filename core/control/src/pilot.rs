@@ -49,9 +49,8 @@ pub trait RobotMap: CastRay {
         now: Ticks,
     ) -> Result<(), UnknownSensor>;
 
-    /// Returns the health of `sensor` as the map's comparisons left it; `None` if the map was made for fewer
-    /// sensors.
-    fn health_of(&self, sensor: SensorId) -> Option<Health>;
+    /// Returns the sensors' health as the map's comparisons left it, in the order of their numbers.
+    fn health(&self) -> &[Health];
 }
 
 impl<G: CertaintyGrid, H: AsRef<[Health]> + AsMut<[Health]>> CastRay for Mapper<G, H> {
@@ -80,9 +79,8 @@ impl<G: CertaintyGrid, H: AsRef<[Health]> + AsMut<[Health]>> RobotMap for Mapper
         Self::record(self, sensor, reading, now)
     }
 
-    fn health_of(&self, sensor: SensorId) -> Option<Health> {
-        let mut sensors = self.environment().sensors();
-        sensors.find(|&(id, _)| id == sensor).map(|(_, own)| *own)
+    fn health(&self) -> &[Health] {
+        Self::health(self)
     }
 }
 
@@ -106,7 +104,7 @@ impl<const R: usize> SensorModel<R> {
     /// Draws the readings of a robot at `robot` into `map`, the rangefinders first.
     ///
     /// Readings of `excluded` sensors change no cell, as after the validation before the fusion of \[002\] Fig. 1:
-    /// a scanner has a hundred times as many readings as a rangefinder, and a map of wrong ones would
+    /// a faulty scanner has a hundred times as many readings as a rangefinder, and a map drawn from them would
     /// contradict the sound sensors. That the sensor sent something is recorded all the same.
     pub fn draw<M: RobotMap, const B: usize>(
         &self,
@@ -117,15 +115,15 @@ impl<const R: usize> SensorModel<R> {
         excluded: &SensorFlags<R>,
     ) {
         let mountings = &self.check.mountings;
-        let mut draw = |slot: usize, mounting: Pose, reading: Reading, is_excluded: bool| {
+        let scanner = robot.compose(mountings.scanner);
+        let mut draw = |slot: usize, pose: Pose, reading: Reading, is_excluded: bool| {
             let Some(sensor) = SensorId::from_slot(slot) else {
                 return;
             };
-            // Both fail for a map of fewer sensors only, which nothing can be drawn into.
+            // Both fail only if the map has no such sensor, and then there is nothing to draw.
             if is_excluded {
                 let _ = map.record(sensor, reading, now);
             } else {
-                let pose = robot.compose(mounting);
                 let beam = Beam {
                     origin: pose.at,
                     bearing: pose.heading,
@@ -137,12 +135,11 @@ impl<const R: usize> SensorModel<R> {
         let rangefinders = mountings.rangefinders.iter().zip(&readings.rangefinders);
         let flagged = rangefinders.zip(&excluded.rangefinders).zip(0..R);
         for (((&mounting, &reading), &is_excluded), slot) in flagged {
-            draw(slot, mounting, reading, is_excluded);
+            draw(slot, robot.compose(mounting), reading, is_excluded);
         }
         for (&reading, index) in readings.scan.iter().zip(0..=u8::MAX) {
-            let along = Pose::new(Point::ORIGIN, ScanGeometry::<B>::bearing(index));
-            let mounting = mountings.scanner.compose(along);
-            draw(R, mounting, reading, excluded.scanner);
+            let bearing = scanner.heading + ScanGeometry::<B>::bearing(index);
+            draw(R, Pose::new(scanner.at, bearing), reading, excluded.scanner);
         }
     }
 
@@ -159,14 +156,8 @@ impl<const R: usize> SensorModel<R> {
 /// The scanner draws nearly all of the map: few of its cells are compared with another sensor's, and most of
 /// those with one rangefinder's, whose failure would count against it. So the comparisons do not count for it.
 fn failures_by_map<const R: usize>(map: &impl RobotMap) -> Failures<R> {
-    let health_of = |slot| SensorId::from_slot(slot).and_then(|sensor| map.health_of(sensor));
-    let mut failures = Failures::NONE;
-    for (failure, slot) in failures.rangefinders.iter_mut().zip(0..R) {
-        if let Some(health) = health_of(slot) {
-            *failure = Failure::of_health(&health);
-        }
-    }
-    let is_missing = health_of(R).is_none_or(|health| {
+    let mut failures = Failures::of_health(map.health().iter().take(R));
+    let is_missing = map.health().get(R).is_none_or(|health| {
         health.is_stale() || health.missing_in_a_row() >= HealthRules::FAILED_MISSING
     });
     if is_missing {
@@ -247,7 +238,8 @@ impl core::error::Error for PilotError {}
 ///
 /// Use it if the robot has a map of its own. A [`Controller`] alone is enough if the failures are known.
 ///
-/// Cost: per step the cells on 11 `R` + `B` lines, and as many readings drawn as there are. Memory: the maps,
+/// Cost: per step the cells on 11 `R` + `B` lines, `B` more if the histogram is made from a map, and as many
+/// readings drawn as there are. Memory: the maps,
 /// the [`Diagnosis`], the rules.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -275,9 +267,8 @@ impl<M: RobotMap, const R: usize, const B: usize> Pilot<M, R, B> {
             HistogramSource::Map(map) => Some(map),
             HistogramSource::Scanner | HistogramSource::Memory => None,
         };
-        let scanner = SensorId::from_slot(R).ok_or(PilotError::TooFewSensors)?;
         let mut all = maps.memory.iter().chain(own);
-        if all.any(|map| map.health_of(scanner).is_none()) {
+        if all.any(|map| map.health().len() <= R) {
             return Err(PilotError::TooFewSensors);
         }
         Ok(Self {
@@ -487,8 +478,7 @@ mod tests {
         let expected = |map| -> ExpectedScan { six().expected(map, Pose::default()) };
         assert!(expected(&drawn) == expected(&map::<7>()));
         for slot in 0..7 {
-            let health = drawn.health_of(SensorId::from_slot(slot).unwrap());
-            assert!(!health.unwrap().is_stale(), "{slot}");
+            assert!(!drawn.health()[slot].is_stale(), "{slot}");
         }
     }
 

@@ -207,7 +207,7 @@ mod tests {
             for index in 0..B as u8 {
                 let bearing = ScanGeometry::<B>::bearing(index);
                 let mirror = ScanGeometry::<B>::bearing(B as u8 - 1 - index);
-                assert_eq!(bearing, BinaryAngle::ZERO.wrapping_sub(mirror));
+                assert_eq!(bearing, -mirror);
                 assert_eq!(ScanGeometry::<B>::beam_towards(bearing), Some(index));
             }
             let middle = ScanGeometry::<B>::MIDDLE;

@@ -98,7 +98,7 @@ impl Wgs84 {
     #[must_use]
     pub fn bearing(self, goal: Self) -> Option<BinaryAngle> {
         let azimuth = self.azimuth(goal)?;
-        Some(BinaryAngle::QUARTER.wrapping_sub(azimuth))
+        Some(BinaryAngle::QUARTER - azimuth)
     }
 
     /// Returns the distance to `goal`; saturates.
@@ -129,7 +129,7 @@ impl Wgs84 {
             .saturating_mul(north)
             .saturating_add(east.saturating_mul(east));
         let mm = square.unsigned_abs().isqrt() / 1000;
-        Millimeters::new(u32::try_from(mm).unwrap_or(u32::MAX))
+        Millimeters::from_saturating(u64::try_from(mm).unwrap_or(u64::MAX))
     }
 
     /// Returns the place of `goal` in a plane with this place as its origin, x to the east and y to the north;

@@ -162,16 +162,14 @@ pub struct Strength {
 pub struct StrengthError;
 
 impl StrengthError {
-    /// Returns the message, for constants.
-    #[must_use]
-    pub const fn reason(self) -> &'static str {
+    const fn message(self) -> &'static str {
         "the odds of free must not be above even, those of occupied not below"
     }
 }
 
 impl fmt::Display for StrengthError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.reason())
+        f.write_str(self.message())
     }
 }
 
@@ -201,7 +199,7 @@ impl Strength {
     /// 64/16 nat.
     ///
     /// An echo counts more than in [`Self::MEASUREMENT`]: a wrong value in one sensor's grid is outvoted
-    /// by the others, while an obstacle that it forgets is not brought back by them.
+    /// by the others, while an obstacle that one sensor's grid has lost cannot be restored from theirs.
     pub const OWN: Self = Self::new(LogOdds::from_steps(-14), LogOdds::from_steps(64));
 
     /// No limit but that of [`LogOdds`].
@@ -217,7 +215,7 @@ impl Strength {
     pub const fn new(free: LogOdds, occupied: LogOdds) -> Self {
         match Self::try_new(free, occupied) {
             Ok(strength) => strength,
-            Err(error) => panic!("{}", error.reason()),
+            Err(error) => panic!("{}", error.message()),
         }
     }
 

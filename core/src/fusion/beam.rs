@@ -105,9 +105,7 @@ pub enum BeamError {
 }
 
 impl BeamError {
-    /// Returns the message, for constants.
-    #[must_use]
-    pub const fn reason(self) -> &'static str {
+    const fn message(self) -> &'static str {
         match self {
             Self::Range => "a beam's range must be above 0 and at most 2^28 mm (268 km)",
             Self::Width => "a beam's half width must be below 90 degrees, its clear part not wider",
@@ -118,7 +116,7 @@ impl BeamError {
 
 impl fmt::Display for BeamError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.reason())
+        f.write_str(self.message())
     }
 }
 
@@ -145,7 +143,7 @@ impl BeamModel {
     pub const fn new(config: BeamConfig) -> Self {
         match Self::try_new(config) {
             Ok(model) => model,
-            Err(error) => panic!("{}", error.reason()),
+            Err(error) => panic!("{}", error.message()),
         }
     }
 
@@ -178,7 +176,7 @@ impl BeamModel {
     fn spread(&self, distance: Millimeters) -> Millimeters {
         // A product of 32 and 16 bits, rounded down: a spread below a millimetre is zero.
         let wide = u64::from(distance.get()).wrapping_mul(self.config.accuracy.to_bits().into());
-        Millimeters::new(u32::try_from(wide >> U0F16::FRAC_NBITS).unwrap_or(u32::MAX))
+        Millimeters::from_saturating(wide >> U0F16::FRAC_NBITS)
     }
 }
 
@@ -272,7 +270,7 @@ impl Beam {
 
         // Two rays that share the cell of the echo. The first ends in it: a cell is free if the beam
         // leaves it before the spread begins.
-        let clear = distance.saturating_sub(spread);
+        let clear = distance - spread;
         let (mut ray, crossings) = Ray::with_part(geometry, self.origin, hit, clear, distance);
         let free = config.free;
         let outside = crossings > ray.crossings_left();
@@ -290,8 +288,8 @@ impl Beam {
 
         // The second starts there, through the rest of the spread and the cells behind.
         let end = match config.behind {
-            Behind::Untouched => distance.saturating_add(spread),
-            Behind::Uncertain => distance.saturating_add(spread).max(config.farthest),
+            Behind::Untouched => distance + spread,
+            Behind::Uncertain => (distance + spread).max(config.farthest),
         };
         if end <= distance {
             return;
@@ -347,7 +345,7 @@ impl Beam {
                 let half_arc = half_cell.max(model.spread(distance).get().into());
                 let at = i64::from(distance.get());
                 let far = at.saturating_add(half_arc);
-                let arc_end = Millimeters::new(u32::try_from(far).unwrap_or(u32::MAX));
+                let arc_end = Millimeters::from_saturating(far.unsigned_abs());
                 let reach = match config.behind {
                     Behind::Untouched => arc_end,
                     Behind::Uncertain => arc_end.max(config.farthest),

@@ -101,8 +101,8 @@ impl Cone {
         // A sector's box is spanned by its apex, the ends of its edges, and where its arc meets the
         // axes of the map.
         let corners = [
-            Some(self.bearing.wrapping_add(self.half_width)),
-            Some(self.bearing.wrapping_sub(self.half_width)),
+            Some(self.bearing + self.half_width),
+            Some(self.bearing - self.half_width),
         ];
         let poles = [0_u16, 0x4000, 0x8000, 0xC000].map(|bits| {
             let pole = BinaryAngle::from_bits(bits);

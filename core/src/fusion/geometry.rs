@@ -57,9 +57,7 @@ pub enum GeometryError {
 }
 
 impl GeometryError {
-    /// Returns the message, for constants.
-    #[must_use]
-    pub const fn reason(self) -> &'static str {
+    const fn message(self) -> &'static str {
         match self {
             Self::Empty => "a grid needs at least one column, one row and a cell size above 0 mm",
             Self::TooLarge => "a grid's side must be at most 2^28 mm (268 km)",
@@ -70,7 +68,7 @@ impl GeometryError {
 
 impl fmt::Display for GeometryError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.reason())
+        f.write_str(self.message())
     }
 }
 
@@ -112,7 +110,7 @@ impl Geometry {
     pub const fn new(columns: u16, rows: u16, cell: Millimeters, corner: Point) -> Self {
         match Self::try_new(columns, rows, cell, corner) {
             Ok(geometry) => geometry,
-            Err(error) => panic!("{}", error.reason()),
+            Err(error) => panic!("{}", error.message()),
         }
     }
 

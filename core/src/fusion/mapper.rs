@@ -208,6 +208,13 @@ impl<G: CertaintyGrid, H: AsRef<[Health]> + AsMut<[Health]>> Mapper<G, H> {
         self.grid.clear();
     }
 
+    /// Returns the sensors' health, in the order of their numbers.
+    #[must_use]
+    pub fn health(&self) -> &[Health] {
+        let records = self.records.as_ref().get(..self.sensors());
+        records.unwrap_or_default()
+    }
+
     /// Returns the sensors' health and the rules that settle it, for another diagnosis of the same sensors,
     /// such as `certainty_ring::Monitor` of a sonar ring.
     pub fn health_mut(&mut self) -> (&mut [Health], &HealthRules) {
@@ -219,8 +226,7 @@ impl<G: CertaintyGrid, H: AsRef<[Health]> + AsMut<[Health]>> Mapper<G, H> {
     /// Returns the view of the control level.
     #[must_use]
     pub fn environment(&self) -> Environment<'_, G> {
-        let records = self.records.as_ref().get(..self.sensors());
-        Environment::new(&self.grid, records.unwrap_or_default())
+        Environment::new(&self.grid, self.health())
     }
 
     /// The number of sensors that have room in the grid and a record.

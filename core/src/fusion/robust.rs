@@ -101,9 +101,7 @@ pub enum RobustConfigError {
 }
 
 impl RobustConfigError {
-    /// Returns the message, for constants.
-    #[must_use]
-    pub const fn reason(self) -> &'static str {
+    const fn message(self) -> &'static str {
         match self {
             Self::Thresholds => {
                 "the contradiction threshold must not exceed the confirmation threshold"
@@ -120,7 +118,7 @@ impl RobustConfigError {
 
 impl fmt::Display for RobustConfigError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.reason())
+        f.write_str(self.message())
     }
 }
 
@@ -140,7 +138,7 @@ impl RobustRules {
     pub const fn new(config: RobustConfig) -> Self {
         match Self::try_new(config) {
             Ok(rules) => rules,
-            Err(error) => panic!("{}", error.reason()),
+            Err(error) => panic!("{}", error.message()),
         }
     }
 

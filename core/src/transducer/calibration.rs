@@ -83,7 +83,7 @@ impl Calibration {
     ///
     /// # Errors
     ///
-    /// [`CalibrationError`] says which parameter is out of range.
+    /// [`CalibrationError`] names the parameter that is out of range.
     pub const fn try_new(
         slope: u32,
         offset: Millimeters,

@@ -199,7 +199,7 @@ impl ValidationRules {
     ///
     /// # Errors
     ///
-    /// [`ValidationError`] says which limit is out of range.
+    /// [`ValidationError`] names the limit that is out of range.
     pub const fn try_new(config: ValidationConfig) -> Result<Self, ValidationError> {
         let farthest = config.farthest.get();
         if config.nearest.get() >= farthest || farthest > u16::MAX as u32 {

@@ -101,26 +101,6 @@ impl<B: Board> Head<B> {
         self.reading = Reading::Missing(Missing::Late);
         self.finding = Finding::Missing;
     }
-
-    /// Returns its direction, in the frame of its mounting.
-    const fn direction(&self) -> BinaryAngle {
-        self.direction
-    }
-
-    /// Returns the last reading.
-    const fn reading(&self) -> Reading {
-        self.reading
-    }
-
-    /// Returns the finding of the validation.
-    const fn finding(&self) -> Finding {
-        self.finding
-    }
-
-    /// Returns the accuracy of its readings.
-    const fn accuracy(&self) -> U0F16 {
-        self.unit.accuracy
-    }
 }
 
 /// The car: drivers, map and health records, on any [`Board`].
@@ -240,11 +220,11 @@ impl<B: Board> SmartCar<B> {
     }
 
     /// Returns the last reading of `sensor`; `None` if the car has no such sensor.
-    #[must_use]
-    pub fn reading(&self, sensor: SensorId) -> Option<Reading> {
+    #[cfg(feature = "defmt")]
+    fn reading(&self, sensor: SensorId) -> Option<Reading> {
         let slot = sensor.slot();
         match slot.checked_sub(HEADS.into()) {
-            None => self.heads.get(slot).map(Head::reading),
+            None => self.heads.get(slot).map(|head| head.reading),
             Some(ranger) => self.rangers.get(ranger).map(|ranger| ranger.reading),
         }
     }
@@ -260,7 +240,7 @@ impl<B: Board> SmartCar<B> {
     /// Returns the origin and direction of the beam of head `slot` in the map.
     fn look(&self, slot: u8, head: &Head<B>) -> Pose {
         let mut place = mounting(slot, HEADS);
-        place.heading = head.direction();
+        place.heading = head.direction;
         self.drive.looks_from().compose(place)
     }
 
@@ -275,9 +255,9 @@ impl<B: Board> SmartCar<B> {
                 let beam = Beam {
                     origin: look.at,
                     bearing: look.heading,
-                    reading: head.reading(),
+                    reading: head.reading,
                 };
-                integrate(&mut self.mapper, sensor, &beam, head.accuracy(), now);
+                integrate(&mut self.mapper, sensor, &beam, head.unit.accuracy, now);
             }
             Some(slot) => {
                 if let Some(ranger) = self.rangers.get_mut(slot) {
@@ -295,7 +275,7 @@ impl<B: Board> SmartCar<B> {
             measured: ranger.measured,
             health: &ranger.health,
         });
-        let missing = |head: &Head<B>| matches!(head.reading(), Reading::Missing(_));
+        let missing = |head: &Head<B>| matches!(head.reading, Reading::Missing(_));
         let missing = self.heads.each_ref().map(missing);
         self.drive
             .steer(due, &self.mapper.environment(), &missing, &rangers);
@@ -324,9 +304,9 @@ impl<B: Board> SmartCar<B> {
         for (sensor, head) in numbers.clone().zip(&self.heads) {
             self.reporter.send(&Report::Head(telemetry::Head {
                 sensor,
-                direction: head.direction(),
-                reading: head.reading(),
-                finding: head.finding(),
+                direction: head.direction,
+                reading: head.reading,
+                finding: head.finding,
             }));
         }
         for (number, ranger) in (1..=RANGERS).zip(&self.rangers) {

@@ -91,7 +91,7 @@ impl<B: Board> Drive<B> {
 
     /// Decides this round's motor command.
     ///
-    /// `missing` says which heads had no reading. Cost: the cells on 55 lines and a control step.
+    /// `missing` marks the heads that had no reading. Cost: the cells on 55 lines and a control step.
     // Not inlined: otherwise the scan is on the stack in every other slot.
     #[inline(never)]
     pub(super) fn steer(

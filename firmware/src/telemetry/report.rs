@@ -5,7 +5,6 @@
 //! can hold are refused when they are decoded.
 
 use certainty_control::{Effort, SpeedLimit, Wheels};
-use certainty_core::certainty::Certainty;
 use certainty_core::fusion::Geometry;
 use certainty_core::health::{Confidence, Health, Status};
 use certainty_core::sensor::SensorId;
@@ -71,18 +70,10 @@ pub struct MapPart {
     /// The first cell's index.
     #[serde(with = "number")]
     pub start: u16,
-    /// The cells' certainties as bytes; see [`MapPart::certainties`].
+    /// The cells' certainties, each as [`Certainty::to_bits`](certainty_core::certainty::Certainty::to_bits).
     pub cells: Vec<u8, PART_CELLS, u8>,
     /// The size and digest of the whole map, in the last part of a generation.
     pub end: Option<MapEnd>,
-}
-
-impl MapPart {
-    /// Returns the cells' certainties.
-    #[must_use]
-    pub fn certainties(&self) -> impl ExactSizeIterator<Item = Certainty> + '_ {
-        self.cells.iter().map(|&bits| Certainty::from_bits(bits))
-    }
 }
 
 /// Size and digest of the whole map after a generation.

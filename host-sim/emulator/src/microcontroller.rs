@@ -97,6 +97,15 @@ impl<P: Pins + Send + 'static> Stm32f100<P> {
         self.run_to_cycle(until)
     }
 
+    /// Runs for `milliseconds`, each to the next whole one.
+    ///
+    /// # Errors
+    ///
+    /// What ended the run.
+    pub fn run_for(&mut self, milliseconds: u64) -> Result<(), RunError> {
+        (0..milliseconds).try_for_each(|_| self.step_ms())
+    }
+
     /// Takes the bytes that the serial port sent since the last call.
     pub fn take_serial(&mut self) -> Vec<u8> {
         self.bus.peripherals().take_serial()

@@ -56,7 +56,7 @@ const fn from_device(pin: Pin, line: Line) -> (Pin, Line, Connection) {
 
 /// The devices of the Smart Car by pin.
 #[derive(Debug)]
-struct CarPins<W>(W);
+pub struct CarPins<W>(pub W);
 
 fn line_at(pin: Pin) -> Option<Line> {
     let found = LINES.iter().find(|(at, ..)| *at == pin);
@@ -84,97 +84,20 @@ impl<W: Wires> Pins for CarPins<W> {
 }
 
 /// An emulated board that runs a firmware image against the devices of a Smart Car.
-#[derive(Debug)]
-pub struct EmulatedBoard<W>(Stm32f100<CarPins<W>>);
+pub type EmulatedBoard<W> = Stm32f100<CarPins<W>>;
 
-impl<W: Wires + Send + 'static> EmulatedBoard<W> {
-    /// Creates a board with the program of the ELF file `elf` in its flash, before its first instruction
-    /// after power-on.
-    ///
-    /// # Errors
-    ///
-    /// [`BoardError::NotAnImage`] where `elf` is no program for it.
-    pub fn new(elf: &[u8], wires: W) -> Result<Self, BoardError> {
-        let wiring = LINES.map(|(pin, _, connection)| (pin, connection));
-        Stm32f100::new(elf, &wiring, CarPins(wires)).map(Self)
-    }
-
-    /// Sets the reset cause that the program reads, in place of power-on; before the first step.
-    #[must_use]
-    pub fn after(self, cause: ResetCause) -> Self {
-        Self(self.0.after(cause))
-    }
-
-    /// Runs to the next whole millisecond.
-    ///
-    /// # Errors
-    ///
-    /// What ended the run; every later step ends with it again.
-    pub fn step_ms(&mut self) -> Result<(), BoardError> {
-        self.0.step_ms()
-    }
-
-    /// Runs for `limit_ms`, or until `done`, called every millisecond, is true.
-    ///
-    /// Returns whether it was.
-    ///
-    /// # Errors
-    ///
-    /// What ended the run.
-    pub fn run_until(
-        &mut self,
-        limit_ms: u64,
-        mut done: impl FnMut(&mut Self) -> bool,
-    ) -> Result<bool, BoardError> {
-        for _ in 0..limit_ms {
-            self.step_ms()?;
-            if done(self) {
-                return Ok(true);
-            }
-        }
-        Ok(false)
-    }
-
-    /// Takes the bytes that the serial port sent since the last call.
-    pub fn take_serial(&mut self) -> Vec<u8> {
-        self.0.take_serial()
-    }
-
-    /// Runs `act` on the devices.
-    pub fn with_wires<T>(&mut self, act: impl FnOnce(&mut W) -> T) -> T {
-        self.0.with_pins(|pins| act(&mut pins.0))
-    }
-
-    /// Returns the cycles since the reset, of 125 ns each.
-    #[must_use]
-    pub fn cycles(&self) -> u64 {
-        self.0.cycles()
-    }
-
-    /// Returns the cycles in which the processor was awake.
-    #[must_use]
-    pub fn cycles_awake(&self) -> u64 {
-        self.0.cycles_awake()
-    }
-
-    /// Returns the lowest value of the stack pointer since the reset.
-    #[must_use]
-    pub const fn lowest_stack_pointer(&self) -> u32 {
-        self.0.lowest_stack_pointer()
-    }
-
-    /// Returns the deepest stack since the reset, in bytes.
-    #[must_use]
-    pub const fn stack_bytes(&self) -> u32 {
-        self.0.stack_bytes()
-    }
-
-    /// Returns the registers that the firmware used without a model behind them, and those of
-    /// peripherals whose clock was off.
-    #[must_use]
-    pub fn unmodelled(&self) -> Vec<UnmodelledRegister> {
-        self.0.unmodelled()
-    }
+/// Creates a board with the program of the ELF file `elf` in its flash, before its first instruction after
+/// power-on.
+///
+/// # Errors
+///
+/// [`BoardError::NotAnImage`] where `elf` is no program for it.
+pub fn emulated_board<W: Wires + Send + 'static>(
+    elf: &[u8],
+    wires: W,
+) -> Result<EmulatedBoard<W>, BoardError> {
+    let wiring = LINES.map(|(pin, _, connection)| (pin, connection));
+    Stm32f100::new(elf, &wiring, CarPins(wires))
 }
 
 /// Runs `image` against `bench` until `done` returns true for its telemetry.
@@ -188,7 +111,7 @@ pub(super) fn run(
     done: &mut dyn FnMut(&[u8]) -> bool,
 ) -> Result<RunDetails, BackendError> {
     let failed = |error: BoardError| BackendError::Board(error.to_string());
-    let mut board = EmulatedBoard::new(image.bytes(), bench).map_err(|error| match error {
+    let mut board = emulated_board(image.bytes(), bench).map_err(|error| match error {
         BoardError::NotAnImage(why) => BackendError::BadImage {
             path: image.path().to_path_buf(),
             why,
@@ -214,7 +137,7 @@ pub(super) fn run(
     Ok(RunDetails {
         sizes: Some(image.sizes()),
         stack_bytes: Some(board.stack_bytes()),
-        ground_truth: board.with_wires(|bench| bench.ground_truth().to_vec()),
+        ground_truth: board.with_pins(|pins| pins.0.ground_truth().to_vec()),
     })
 }
 

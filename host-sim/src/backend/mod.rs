@@ -5,8 +5,8 @@
 //! | backend | is | its pins are |
 //! |---|---|---|
 //! | [`Backend::Native`] | the application as a part of this process | plain calls |
-//! | [`Backend::Qemu`] | `bin/qemu` as Thumb code under QEMU | at the far end of its serial line |
-//! | [`Backend::Board`] | `bin/smart_car`, the image that is flashed | registers of an emulated chip |
+//! | [`Backend::Qemu`] | the image `qemu` as Thumb code under QEMU | at the far end of its serial line |
+//! | [`Backend::Board`] | the image `smart_car`, which is flashed | registers of an emulated chip |
 //!
 //! On every backend the results are the reports that the car sends on its serial line ([`Received`]).
 

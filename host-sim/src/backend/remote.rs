@@ -87,26 +87,6 @@ impl Bridge {
     const fn tick(&self) -> u32 {
         (self.now_ns / MILLISECOND) as u32
     }
-
-    /// Stores a frame of telemetry.
-    fn report(&mut self, frame: &[u8]) {
-        self.telemetry.extend_from_slice(frame);
-    }
-
-    /// Takes the telemetry since the last call.
-    fn take_telemetry(&mut self) -> Vec<u8> {
-        core::mem::take(&mut self.telemetry)
-    }
-
-    /// Returns the bench.
-    const fn bench(&self) -> &Bench {
-        &self.bench
-    }
-
-    /// Returns the last report of the stack's unused bytes.
-    const fn unused_stack(&self) -> Option<u32> {
-        self.unused_stack
-    }
 }
 
 /// A link within this process: requests are calls.
@@ -126,7 +106,7 @@ impl Link for InProcess {
     }
 
     fn report(&self, frame: &[u8]) {
-        self.0.borrow_mut().report(frame);
+        self.0.borrow_mut().telemetry.extend_from_slice(frame);
     }
 }
 
@@ -146,10 +126,10 @@ pub(super) fn run_native(
     let mut executive = Executive::new(&SCHEDULE, clock, RemoteWatchdog::new(&link));
     loop {
         executive.step(&queue, &mut car);
-        let telemetry = link.0.borrow_mut().take_telemetry();
+        let telemetry = core::mem::take(&mut link.0.borrow_mut().telemetry);
         if !telemetry.is_empty() && done(&telemetry) {
             return Ok(RunDetails {
-                ground_truth: link.0.borrow().bench().ground_truth().to_vec(),
+                ground_truth: link.0.borrow().bench.ground_truth().to_vec(),
                 ..RunDetails::default()
             });
         }
@@ -183,7 +163,7 @@ pub(super) fn run_qemu(
             for byte in &mut frame {
                 [*byte] = emulator.read()?;
             }
-            bridge.report(&frame);
+            bridge.telemetry.extend_from_slice(&frame);
         } else {
             let mut request = [kind, 0, 0, 0, 0, 0];
             request[1..].copy_from_slice(&emulator.read::<{ wire::REQUEST - 1 }>()?);
@@ -193,15 +173,15 @@ pub(super) fn run_qemu(
                 emulator.write(&wire::encode_answer(answer, bridge.micros()))?;
             }
         }
-        let telemetry = bridge.take_telemetry();
+        let telemetry = core::mem::take(&mut bridge.telemetry);
         is_done |= !telemetry.is_empty() && done(&telemetry);
         // The board reports its stack at the end of a round, after all other reports.
         if is_done && kind == wire::FEED {
             return Ok(RunDetails {
-                ground_truth: bridge.bench().ground_truth().to_vec(),
+                ground_truth: bridge.bench.ground_truth().to_vec(),
                 sizes: Some(image.sizes()),
                 stack_bytes: bridge
-                    .unused_stack()
+                    .unused_stack
                     .map(|unused| image.stack_room().saturating_sub(unused)),
             });
         }

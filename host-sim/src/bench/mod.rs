@@ -409,20 +409,6 @@ pub trait Wires {
     fn set_pulse(&mut self, channel: Channel, width_us: u32, now_ns: u64);
 }
 
-impl<W: Wires + ?Sized> Wires for &mut W {
-    fn set_level(&mut self, line: Line, high: bool, now_ns: u64) {
-        (**self).set_level(line, high, now_ns);
-    }
-
-    fn level(&mut self, line: Line, now_ns: u64) -> bool {
-        (**self).level(line, now_ns)
-    }
-
-    fn set_pulse(&mut self, channel: Channel, width_us: u32, now_ns: u64) {
-        (**self).set_pulse(channel, width_us, now_ns);
-    }
-}
-
 /// A device that does not exist ignores its pins, and its line reads low.
 impl Wires for Bench {
     fn set_level(&mut self, line: Line, high: bool, now_ns: u64) {

@@ -101,12 +101,6 @@ impl RangerLine {
     pub const fn set_fault(&mut self, fault: Option<LineFault>) {
         self.fault = fault;
     }
-
-    /// Returns the fault of the line.
-    #[must_use]
-    pub const fn fault(&self) -> Option<LineFault> {
-        self.fault
-    }
 }
 
 #[cfg(test)]

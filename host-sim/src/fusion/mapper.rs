@@ -196,8 +196,8 @@ impl RobotMap for HostMapper {
         each!(&mut self.0, mapper => mapper.record(sensor, reading, now))
     }
 
-    fn health_of(&self, sensor: SensorId) -> Option<Health> {
-        each!(&self.0, mapper => mapper.health_of(sensor))
+    fn health(&self) -> &[Health] {
+        each!(&self.0, mapper => mapper.health())
     }
 }
 

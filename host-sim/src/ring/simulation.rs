@@ -374,7 +374,7 @@ mod tests {
         // From 0° of the first to 360° of the second, both 0.1 m off the axis.
         assert!((5.9..6.4).contains(&turned), "{turned}");
         for point in points {
-            let place = robot.compose(Pose::new(point, BinaryAngle::ZERO)).at;
+            let place = robot.to_outer(point);
             let clearance = world.obstacles().iter().map(|o| o.clearance(place));
             let nearest = clearance.min_by(f64::total_cmp).unwrap();
             assert!(nearest < 3.0, "{place:?} is {nearest} mm off any wall");

@@ -184,10 +184,9 @@ mod tests {
     use super::*;
     use crate::fault::FaultSpec;
     use certainty_control::{
-        CrossCheck, Diagnosis, ExpectedScan, FailureSource, Failures, RobotMap, SensorFlags,
-        SensorReadings, SpeedLimit,
+        CrossCheck, Diagnosis, ExpectedScan, FailureSource, Failures, SensorFlags, SensorReadings,
+        SpeedLimit,
     };
-    use certainty_core::sensor::SensorId;
     use certainty_core::transducer::Reading;
     use certainty_core::units::Ticks;
 
@@ -313,7 +312,7 @@ mod tests {
         let (_, map, expected) = drawn(&SensorFlags::ALL);
         assert_eq!(expected.scan, ExpectedScan::<6>::EMPTY.scan);
         for slot in 0..SENSORS {
-            let health = map.health_of(SensorId::from_slot(slot).unwrap()).unwrap();
+            let (_, health) = map.health()[slot];
             assert!(!health.is_stale(), "{slot}");
         }
     }

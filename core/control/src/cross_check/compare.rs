@@ -3,7 +3,7 @@
 use crate::expected_scan::ExpectedScan;
 use crate::sensors::{Mountings, RANGEFINDERS, ScanGeometry};
 use certainty_core::transducer::Reading;
-use certainty_core::units::{BinaryAngle, Direction, Millimeters, Point, Pose};
+use certainty_core::units::{Direction, Millimeters, Point, Pose};
 
 /// The parameters of a [`CrossCheck`](super::CrossCheck), before they are checked.
 ///
@@ -90,7 +90,7 @@ fn points<const B: usize>(scan: &[Reading; B], scanner: Pose) -> [Option<Point>;
     for (point, (reading, &direction)) in points.iter_mut().zip(beams) {
         if let Reading::Echo(distance) = reading {
             let there = Point::ORIGIN.ahead(direction, *distance);
-            *point = Some(scanner.compose(Pose::new(there, BinaryAngle::ZERO)).at);
+            *point = Some(scanner.to_outer(there));
         }
     }
     points
@@ -126,9 +126,8 @@ impl<const R: usize> CrossCheckConfig<R> {
         let all = rangefinders.iter().zip(&expected.fans).zip(&pairs);
         for (verdict, ((&reading, fan), &pair)) in verdicts.iter_mut().zip(all) {
             // If the rays hit two objects it is open which of them the beam hits.
-            let is_one_object = |&(near, far): &(Millimeters, Millimeters)| {
-                far.saturating_sub(near).get() <= 2 * GAP_MM
-            };
+            let is_one_object =
+                |&(near, far): &(Millimeters, Millimeters)| (far - near).get() <= 2 * GAP_MM;
             if let Some((near, far)) = fan.ahead().filter(is_one_object) {
                 *verdict = self.compare_with_hit(reading, near, far, range);
             }
@@ -187,7 +186,7 @@ impl<const R: usize> CrossCheckConfig<R> {
 
     /// Whether a rangefinder reports no object at the distance `near`, but beyond it or none.
     fn is_past(&self, reading: Reading, near: Millimeters) -> bool {
-        let beyond = near.saturating_add(self.slack(near));
+        let beyond = near + self.slack(near);
         match reading {
             Reading::Echo(distance) => distance > beyond,
             Reading::NoObject => beyond < self.mountings.rangefinder_range,
@@ -198,7 +197,7 @@ impl<const R: usize> CrossCheckConfig<R> {
     /// Whether a reading reports an object well within the distance `clear` that is surely free.
     fn is_phantom(&self, reading: Reading, clear: Millimeters) -> bool {
         match reading {
-            Reading::Echo(distance) => distance.saturating_add(self.slack(distance)) < clear,
+            Reading::Echo(distance) => distance + self.slack(distance) < clear,
             Reading::TooNear => self.slack(Millimeters::ZERO) < clear,
             Reading::NoObject | Reading::Missing(_) => false,
         }
@@ -213,7 +212,7 @@ impl<const R: usize> CrossCheckConfig<R> {
         range: Millimeters,
     ) -> Verdict {
         let slack = self.slack(far);
-        let (least, most) = (near.saturating_sub(slack), far.saturating_add(slack));
+        let (least, most) = (near - slack, far + slack);
         match reading {
             _ if most >= range => Verdict::Silence,
             Reading::Missing(_) => Verdict::Silence,
@@ -233,19 +232,19 @@ impl<const R: usize> CrossCheckConfig<R> {
     ) -> Verdict {
         let read = match reading {
             Reading::Echo(distance) => distance,
-            Reading::NoObject => Millimeters::new(u32::MAX),
+            Reading::NoObject => Millimeters::MAX,
             Reading::TooNear => Millimeters::ZERO,
             Reading::Missing(_) => return Verdict::Silence,
         };
         // The distances at which the rangefinder's beam crosses a surface that the scanner sees.
         if let Some((near, far)) = crossing(mounting, points) {
             let slack = self.slack(far);
-            let beyond = far.saturating_add(slack);
+            let beyond = far + slack;
             if beyond < read && beyond < self.mountings.rangefinder_range {
                 return Verdict::Contradiction;
             }
-            let is_one_surface = far.saturating_sub(near).get() <= GAP_MM;
-            if is_one_surface && near.saturating_sub(slack) <= read && read <= beyond {
+            let is_one_surface = (far - near).get() <= GAP_MM;
+            if is_one_surface && near - slack <= read && read <= beyond {
                 return Verdict::Agreement;
             }
         }
@@ -272,9 +271,9 @@ impl<const R: usize> CrossCheckConfig<R> {
         let Some(bearing) = scanner.at.bearing(there) else {
             return Verdict::Silence;
         };
-        let from_ahead = bearing.wrapping_sub(scanner.heading);
+        let from_ahead = bearing - scanner.heading;
         let slack = self.slack(away);
-        let beyond = away.saturating_add(slack);
+        let beyond = away + slack;
         let (Some(beam), true) = (
             ScanGeometry::<B>::beam_towards(from_ahead),
             beyond < scanner_range,
@@ -303,8 +302,8 @@ impl<const R: usize> CrossCheckConfig<R> {
     }
 
     /// How far two distances may differ.
-    const fn slack(&self, distance: Millimeters) -> Millimeters {
-        (self.tolerance).saturating_add(Millimeters::new(distance.get() >> 4))
+    fn slack(&self, distance: Millimeters) -> Millimeters {
+        self.tolerance + Millimeters::new(distance.get() >> 4)
     }
 }
 

@@ -67,7 +67,7 @@ impl<const R: usize> Suspicions<R> {
 /// assumed costs less than a new one: so a failed sensor stays failed while the others see nothing that could
 /// confirm the scanner.
 ///
-/// A map is a further witness, for each sensor alone: it separates two failed rangefinders from a failed
+/// A map is compared with each sensor alone: it separates two failed rangefinders from a failed
 /// scanner, and covers rangefinders that look where the scanner does not. An object that a rangefinder reports
 /// where the map is surely free counts as a contradiction to the scanner, which drew most of the map.
 ///
@@ -159,7 +159,7 @@ impl<const R: usize> CrossCheck<R> {
                 // The object is new to the map, or the scanner, which drew most of it, has failed.
                 _ if *by_map == Verdict::Phantom => contradiction.into(),
                 // A missing reading decays the pair's suspicion by one per step. Otherwise a stopped robot
-                // would keep the last accusation and never restart.
+                // would keep its last suspicion and never restart.
                 _ if matches!(reading, Reading::Missing(_)) => suspicion.signum().saturating_neg(),
                 // Credit decays.
                 _ => i16::from(*suspicion < 0),
