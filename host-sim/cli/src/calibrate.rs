@@ -1,7 +1,7 @@
 //! `certainty calibrate`: sensors' characteristics from measured bytes, and the remaining errors.
 
-use super::failure::Failure;
 use super::options::OutputOptions;
+use super::output::Failure;
 use super::output::{self, Report};
 use super::table::{row, table};
 use certainty_core::units::Millimeters;

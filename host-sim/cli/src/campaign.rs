@@ -1,7 +1,7 @@
 //! `certainty campaign`: every method against every fault.
 
-use super::failure::Failure;
 use super::options::{CommonOptions, Jobs, named};
+use super::output::Failure;
 use super::output::{self, Report, progress};
 use super::table::{percent, row, table};
 use certainty_repro::campaign::{Campaign, CampaignError, Row, Selection};

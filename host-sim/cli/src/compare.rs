@@ -1,7 +1,7 @@
 //! `certainty compare`: agreement and differences of two maps.
 
-use super::failure::Failure;
 use super::options::JsonOption;
+use super::output::Failure;
 use super::output::Report;
 use super::table::{percent, row, table};
 use certainty_sim::export::{Comparison, RosMap, compare};

@@ -1,9 +1,9 @@
 //! `certainty drive`: a robot drives to its goal while its sensors fail, \[004\] §4.
 
 use super::drive_study;
-use super::failure::Failure;
 use super::maps::{metres_of, outlines_of_map, outlines_of_world};
 use super::options::{CommonOptions, Jobs, Name, OrNone, given, named};
+use super::output::Failure;
 use super::output::Report;
 use super::table::table;
 use certainty_control::{FailureSharing, Wgs84};

@@ -1,7 +1,7 @@
 //! `certainty drive --study`: statistics over many drives.
 
-use super::failure::Failure;
 use super::options::OutputOptions;
+use super::output::Failure;
 use super::output::{self, Report, progress};
 use super::table::{row, table};
 use certainty_repro::Spread;

@@ -1,6 +1,6 @@
 //! Maps in the terminal, in pictures and in track charts.
 
-use super::failure::Failure;
+use super::output::Failure;
 use anstyle::{AnsiColor, Style};
 use certainty_core::certainty::Certainty;
 use certainty_core::fusion::Geometry;

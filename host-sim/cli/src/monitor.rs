@@ -1,8 +1,8 @@
 //! `certainty monitor`: a board's telemetry, live.
 
-use super::failure::Failure;
 use super::maps::{Mark, Panel, side_by_side};
 use super::options::JsonOption;
+use super::output::Failure;
 use super::output::{self, Report};
 use super::table::{HealthReport, row, table};
 use certainty_core::certainty::Certainty;

@@ -1,6 +1,6 @@
 //! Options that several subcommands have, and parsers of their values.
 
-use super::failure::Failure;
+use super::output::Failure;
 use super::output::{self, Report};
 use certainty_sim::export::OutDir;
 use clap::Args;

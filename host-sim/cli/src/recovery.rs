@@ -1,7 +1,7 @@
 //! `certainty recovery`: a sensor's confidence in and after a fault, \[001\] Fig. 7.
 
-use super::failure::Failure;
 use super::options::{CommonOptions, named};
+use super::output::Failure;
 use super::output::{self, Report, progress};
 use super::table::{percent, table};
 use certainty_repro::Spread;

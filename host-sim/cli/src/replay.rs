@@ -1,8 +1,8 @@
 //! `certainty replay`: a recording of a real robot as a map, with its sensors' health.
 
-use super::failure::Failure;
 use super::maps::map_image;
 use super::options::{CommonOptions, named};
+use super::output::Failure;
 use super::output::{self, Report, progress};
 use super::table::{HealthReport, caveat, row, table};
 use certainty_core::fusion::{Beam, BeamConfig, BeamModel, Behind, Geometry};

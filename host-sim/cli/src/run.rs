@@ -1,10 +1,10 @@
 //! `certainty run`: the firmware's application on a backend.
 
-use super::failure::Failure;
 use super::maps::{
     Mark, Panel, map_image, metres_of, outlines_of_map, outlines_of_world, side_by_side,
 };
 use super::options::{CommonOptions, OrNone, given, named};
+use super::output::Failure;
 use super::output::{self, Report};
 use super::table::{percent, row, table};
 use certainty_core::certainty::Certainty;

@@ -1,8 +1,8 @@
 //! `certainty simulate`: the Smart Car in a world, every method on the same readings.
 
-use super::failure::Failure;
 use super::maps::{Mark, Panel, map_image, overview, side_by_side};
 use super::options::{CommonOptions, OrNone, given, named};
+use super::output::Failure;
 use super::output::{self, Report};
 use super::table::{HealthReport, caveat, percent, row, table};
 use certainty_core::certainty::Certainty;

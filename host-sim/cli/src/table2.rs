@@ -1,7 +1,7 @@
 //! `certainty table2`: the evaluation of \[001\] §6.2, and the factors that decide it.
 
-use super::failure::Failure;
 use super::options::{CommonOptions, Jobs};
+use super::output::Failure;
 use super::output::{self, Report, progress};
 use super::table::{percent, row, table};
 use certainty_repro::table2::{

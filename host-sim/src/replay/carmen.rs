@@ -6,7 +6,7 @@
 //! seconds.
 
 use super::recording::RecordedBeam;
-use super::skipped::{LineKind, SkipReason};
+use super::recording::{LineKind, SkipReason};
 use certainty_core::sensor::SensorId;
 use certainty_core::transducer::{Missing, Reading};
 use certainty_core::units::{BinaryAngle, Millimeters, Point, Ticks};

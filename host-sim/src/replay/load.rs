@@ -3,7 +3,7 @@
 use super::carmen::{self, CarmenLog};
 use super::readings::{self, HEADER};
 use super::recording::{Format, RecordedBeam, Recording};
-use super::skipped::{LineKind, SkipReason, Skipped, SkippedLine};
+use super::recording::{LineKind, SkipReason, Skipped, SkippedLine};
 use super::source::{Counted, Gunzip, Lines, MAGIC, START, Started};
 use crate::export::display_path;
 use certainty_core::units::{Millimeters, Ticks};

@@ -11,10 +11,8 @@ mod carmen;
 mod load;
 mod readings;
 mod recording;
-mod skipped;
 mod source;
 
 pub use load::{LoadError, LoadOptions, load};
 pub use readings::{HEADER, write_readings};
-pub use recording::{Format, RecordedBeam, Recording, Tally};
-pub use skipped::{SkipReason, Skipped, SkippedLine};
+pub use recording::{Format, RecordedBeam, Recording, SkipReason, Skipped, SkippedLine, Tally};

@@ -3,7 +3,7 @@
 //! The six fields are numbers and plain words without quotes, so a line is split at its commas.
 
 use super::recording::RecordedBeam;
-use super::skipped::SkipReason;
+use super::recording::SkipReason;
 use crate::quantity;
 use certainty_core::sensor::SensorId;
 use certainty_core::transducer::{Missing, Reading};

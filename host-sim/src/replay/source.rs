@@ -1,6 +1,6 @@
 //! The text of a recording's file: unpacked, split into lines, in bounded memory.
 
-use super::skipped::{SkipReason, Skipped};
+use super::recording::{SkipReason, Skipped};
 use core::cell::Cell;
 use flate2::bufread::GzDecoder;
 use std::io::{self, BufRead, Cursor, Read};

@@ -1,9 +1,8 @@
-//! One run: the robot drives until it reaches the goal or its time is over.
+//! One run: the robot drives until it reaches the goal or its time is over; \[004\] eq. 17 to 19 rate it.
 
 use super::body::Body;
 use super::course::Course;
 use super::pilot::{HealthMode, MapSource, PilotConfig};
-use super::quality::{Quality, Sample};
 use super::sensors::{NAMES, RobotSensors};
 use crate::fault::{FaultSpec, SpecError};
 use certainty_control::{FailureSource, Failures, SpeedLimit};
@@ -26,13 +25,13 @@ pub struct Drive {
     pub course: Course,
     /// The sensors' faults, by the names of [`NAMES`] or their numbers.
     pub faults: Vec<FaultSpec>,
-    /// Where the control level's failures come from.
+    /// Source of the control level's failure estimates.
     pub health: HealthMode,
-    /// What the histogram is made from.
+    /// Source of the obstacles in the histogram.
     pub map: MapSource,
-    /// In what the control level differs from the default.
+    /// Settings of the control level that differ from the default.
     pub pilot: PilotConfig,
-    /// Determines the noise, the slip and random faults.
+    /// Seed of the noise, the slip and random faults.
     pub seed: u64,
 }
 
@@ -41,15 +40,15 @@ pub struct Drive {
 pub struct Step {
     /// Seconds since the start.
     pub time_s: f64,
-    /// Where it is.
+    /// Its pose.
     pub pose: Pose,
     /// The speeds of the right and the left wheels, in m/s.
     pub wheels_m_s: (f64, f64),
-    /// How fast it moves, in m/s.
+    /// Its speed over the ground, in m/s.
     pub speed_m_s: f64,
-    /// How far the goal is, in metres.
+    /// Distance to the goal, in metres.
     pub distance_m: f64,
-    /// How far left of straight ahead the goal is, in degrees.
+    /// Angle to the goal, in degrees, positive to the left: −180 to less than 180.
     pub angle_deg: f64,
 }
 
@@ -69,31 +68,31 @@ pub enum EventKind {
     FaultBegan(&'static str),
     /// A sensor's fault ended.
     FaultEnded(&'static str),
-    /// A sensor is estimated to have failed, by half at least.
+    /// The robot's estimate of a sensor's failure rose to a half or more.
     Distrusted(&'static str),
-    /// It is no longer.
+    /// The robot's estimate of a sensor's failure fell below a half.
     TrustedAgain(&'static str),
-    /// What limits the speed changed.
+    /// The limit of the speed changed.
     SpeedLimit(SpeedLimit),
     /// The robot touched an obstacle.
     Collision,
     /// It reached the goal.
     Reached,
-    /// Its time is over.
+    /// The longest time of a run is over.
     TimeOver,
 }
 
-/// Where an event comes from.
+/// The source of an event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EventSource {
-    /// The simulator: it is a fact.
+    /// The simulator: true.
     Truth,
-    /// The robot: its estimate, or its reaction.
+    /// The robot: its estimate or its action.
     Robot,
 }
 
 impl EventKind {
-    /// Returns where it comes from.
+    /// Returns its source.
     #[must_use]
     pub const fn source(self) -> EventSource {
         match self {
@@ -132,6 +131,39 @@ impl fmt::Display for EventKind {
     }
 }
 
+/// The quality rates of \[004\] §4; smaller is better, except for the mean speed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Quality {
+    /// E of eq. 17: Σ e² Δt, in m² s.
+    pub error: f64,
+    /// S of eq. 18: the standard deviation of the speed, in m/s; 0 for a single step.
+    pub speed_deviation: f64,
+    /// s of eq. 19: Σ v Δt, in metres; `None` if the goal was not reached, for which \[004\] writes +∞.
+    pub route_m: Option<f64>,
+    /// T: the duration, in seconds; `None` if the goal was not reached.
+    pub time_s: Option<f64>,
+    /// `v_M`: the mean speed, in m/s.
+    pub mean_speed: f64,
+}
+
+impl Quality {
+    /// Rates a run of `steps`, one every `step_s` seconds; `reached` is whether it reached its goal.
+    #[must_use]
+    pub fn of(steps: &[Step], step_s: f64, reached: bool) -> Self {
+        let count = steps.len().max(1) as f64;
+        let sum = |value: &dyn Fn(&Step) -> f64| steps.iter().map(value).sum::<f64>();
+        let mean_speed = sum(&|step| step.speed_m_s) / count;
+        let squares = sum(&|step| (step.speed_m_s - mean_speed).powi(2));
+        Self {
+            error: sum(&|step| step.distance_m * step.distance_m) * step_s,
+            speed_deviation: (squares / (count - 1.0).max(1.0)).sqrt(),
+            route_m: reached.then(|| sum(&|step| step.speed_m_s) * step_s),
+            time_s: reached.then_some(steps.len() as f64 * step_s),
+            mean_speed,
+        }
+    }
+}
+
 /// The result of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
@@ -139,7 +171,7 @@ pub struct Outcome {
     pub reached: bool,
     /// \[004\] eq. 17 to 19.
     pub quality: Quality,
-    /// How many times an obstacle was touched.
+    /// Number of collisions with an obstacle.
     pub collisions: u32,
     /// The least distance from the outline to an obstacle, in millimetres; infinite on an open plane.
     pub min_clearance_mm: f64,
@@ -147,7 +179,7 @@ pub struct Outcome {
     pub events: Vec<Event>,
     /// Every control step.
     pub steps: Vec<Step>,
-    /// The map that the histogram was made from, as it was at the end, if it was made from one.
+    /// The map at the end of the run, if the histogram was made from one.
     pub map: Option<(Geometry, Vec<Certainty>)>,
 }
 
@@ -165,7 +197,7 @@ impl Drive {
         }
     }
 
-    /// Drives, and returns what came of it.
+    /// Drives until the goal is reached or [`LONGEST_MS`] are over.
     ///
     /// # Errors
     ///
@@ -185,7 +217,7 @@ impl Drive {
         for now in (0..LONGEST_MS).step_by(STEP_MS as usize) {
             let at = Ticks::new(now);
             let pose = body.pose();
-            // Of the readings that are about to be taken.
+            // Before the readings, because a fault's window counts them.
             let given = sensors.failures(at);
             let readings = sensors.read(pose, at);
             let source = match self.health {
@@ -215,16 +247,9 @@ impl Drive {
                 EventKind::TimeOver
             },
         );
-        let samples: Vec<Sample> = steps
-            .iter()
-            .map(|step| Sample {
-                distance_m: step.distance_m,
-                speed_m_s: step.speed_m_s,
-            })
-            .collect();
         Ok(Outcome {
             reached,
-            quality: Quality::of(&samples, seconds(STEP_MS), reached),
+            quality: Quality::of(&steps, seconds(STEP_MS), reached),
             collisions: body.collisions(),
             min_clearance_mm: body.least_clearance_mm(),
             events: log.events,
@@ -257,14 +282,14 @@ fn state(body: &Body, goal: Point, now: u32) -> Step {
     }
 }
 
-/// The events so far, and the states that the next ones are changes of.
+/// The events, and the last noted state of everything that can change.
 #[derive(Debug, Default)]
 struct Log {
     events: Vec<Event>,
     faulty: [bool; NAMES.len()],
     distrusted: [bool; NAMES.len()],
     speed_limit: SpeedLimit,
-    /// The latest one, which may be another, and for how many steps it has lasted.
+    /// The limit in the latest step, and the number of steps that it has lasted.
     latest: (SpeedLimit, u32),
     collisions: u32,
 }
@@ -305,8 +330,8 @@ impl Log {
         }
     }
 
-    /// Notes what limits the speed, once that has lasted half a second: a robot that just reaches the speed
-    /// allowed alternates between *slowed* and *none* from step to step.
+    /// Notes a new limit of the speed after half a second, *blind* at once: a robot whose speed is near the
+    /// allowed one alternates between *slowed* and *none* from step to step.
     fn note_speed_limit(&mut self, now: u32, limit: SpeedLimit) {
         const LASTING_STEPS: u32 = 10;
         let steps = if limit == self.latest.0 {
@@ -329,5 +354,41 @@ impl Log {
             self.push(now, EventKind::Collision);
         }
         self.collisions = collisions;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn step(distance_m: f64, speed_m_s: f64) -> Step {
+        Step {
+            time_s: 0.0,
+            pose: Pose::default(),
+            wheels_m_s: (speed_m_s, speed_m_s),
+            speed_m_s,
+            distance_m,
+            angle_deg: 0.0,
+        }
+    }
+
+    #[test]
+    fn the_rates_are_those_of_eq_17_to_19() {
+        let run = [step(3.0, 0.5), step(2.0, 1.5), step(1.0, 1.0)];
+        let quality = Quality::of(&run, 0.5, true);
+        assert_eq!(quality.error, 7.0); // (9 + 4 + 1) / 2
+        assert_eq!(quality.speed_deviation, 0.5); // √((0.25 + 0.25 + 0) / 2)
+        assert_eq!((quality.route_m, quality.time_s), (Some(1.5), Some(1.5)));
+        assert_eq!(quality.mean_speed, 1.0);
+    }
+
+    #[test]
+    fn a_goal_not_reached_has_no_route_and_no_time() {
+        let quality = Quality::of(&[step(2.0, 0.0); 4], 0.25, false);
+        assert_eq!((quality.route_m, quality.time_s), (None, None));
+        assert_eq!(
+            (quality.error, quality.speed_deviation, quality.mean_speed),
+            (4.0, 0.0, 0.0)
+        );
     }
 }

@@ -4,9 +4,8 @@
 //! |---|---|
 //! | [`body`] | six wheels, skid-steered: lag, slip, collisions |
 //! | [`course`] | where it drives: the built-in course, random ones, a world file |
-//! | [`drive`] | one run, step by step |
-//! | [`pilot`] | which of the control level's parts a run uses: health, memory, the histogram's source |
-//! | [`quality`] | \[004\] eq. 17 to 19 |
+//! | [`drive`] | one run, step by step, and its quality |
+//! | [`pilot`] | settings of the control level: source of the failures, memory, source of the histogram |
 //! | [`sensors`] | six rangefinders and a scanner: mountings, noise, faults |
 //!
 //! The control level itself, with the diagnosis of the sensors and the map, is
@@ -17,11 +16,9 @@ pub mod body;
 pub mod course;
 pub mod drive;
 pub mod pilot;
-pub mod quality;
 pub mod sensors;
 
 pub use body::Body;
 pub use course::Course;
-pub use drive::{Drive, Outcome};
+pub use drive::{Drive, Outcome, Quality};
 pub use pilot::{HealthMode, MapSource, Memory, PilotConfig};
-pub use quality::Quality;

@@ -1,8 +1,9 @@
 //! Bad input ends in one line and exit code 2.
 
-use crate::support::input::{PLACE, QUICKLY, certainty, folder_with, scan};
-use crate::support::program::command;
-use crate::support::recording::{BEAMS, Place, all_around, flaser, gzip};
+use crate::support::{
+    BEAMS, PLACE, Place, QUICKLY, all_around, certainty_quickly, command, flaser, folder_with,
+    gzip, scan,
+};
 use certainty_sim::replay::HEADER;
 use certainty_tests::process::run;
 use std::fs;
@@ -33,7 +34,7 @@ fn assert_no_results(folder: &Path, what: &str) {
 
 /// Asserts that `arguments` are refused in one line with every one of `words`.
 fn assert_refused(folder: &TempDir, arguments: &str, words: &[&str]) {
-    let ran = certainty(folder.path(), arguments);
+    let ran = certainty_quickly(folder.path(), arguments);
     let line = ran.refusal();
     for word in words {
         assert!(line.contains(word), "{arguments}: no {word} in {line:?}");
@@ -299,7 +300,9 @@ fn a_map_that_is_too_large_is_refused_with_its_size() {
     let enough = |cells: u32| format!("replay input --fusion median --max-cells {cells}");
     assert_refused(&folder, &enough(1000), &["--max-cells 1000", "3 layers"]);
     // The figure is what it takes: with as many it works.
-    let line = certainty(folder.path(), &enough(1000)).refusal().to_owned();
+    let line = certainty_quickly(folder.path(), &enough(1000))
+        .refusal()
+        .to_owned();
     let figure = line
         .split_once("layers, ")
         .unwrap()
@@ -309,7 +312,10 @@ fn a_map_that_is_too_large_is_refused_with_its_size() {
         .unwrap();
     let figure: u32 = figure.parse().unwrap();
     assert_refused(&folder, &enough(figure - 1), &[&figure.to_string()]);
-    assert_eq!(certainty(folder.path(), &enough(figure)).code, Some(0));
+    assert_eq!(
+        certainty_quickly(folder.path(), &enough(figure)).code,
+        Some(0)
+    );
 }
 
 #[test]
@@ -413,7 +419,7 @@ fn a_folder_that_is_not_utf8_is_refused_with_json() {
 #[test]
 fn a_single_sensor_needs_no_fault_option() {
     let folder = tempfile::tempdir().unwrap();
-    let ran = certainty(folder.path(), "simulate --json --sensors A");
+    let ran = certainty_quickly(folder.path(), "simulate --json --sensors A");
     assert_eq!(ran.json()["sensors"].as_array().unwrap().len(), 1);
 }
 
@@ -432,11 +438,14 @@ fn an_endless_file_is_refused_in_every_format() {
 #[test]
 fn an_error_keeps_the_files_of_an_earlier_run() {
     let folder = folder_with(good_log());
-    assert_eq!(certainty(folder.path(), "replay input").code, Some(0));
+    assert_eq!(
+        certainty_quickly(folder.path(), "replay input").code,
+        Some(0)
+    );
     let results =
         ["map.png", "map.pgm", "map.yaml"].map(|name| folder.path().join("out").join(name));
     let before = results.each_ref().map(|path| fs::read(path).unwrap());
-    let _line = certainty(folder.path(), "replay input --max-cells 10")
+    let _line = certainty_quickly(folder.path(), "replay input --max-cells 10")
         .refusal()
         .to_owned();
     assert_eq!(

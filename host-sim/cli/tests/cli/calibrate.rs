@@ -1,8 +1,6 @@
 //! `certainty calibrate`: what it reports, what it draws, and what it refuses.
 
-use crate::support::input::{QUICKLY, certainty, folder_with};
-use crate::support::program::command;
-use crate::support::shape::shape;
+use crate::support::{QUICKLY, certainty_quickly, command, folder_with, shape};
 use certainty_tests::process::run;
 use core::fmt::Write;
 use serde_json::Value;
@@ -41,7 +39,7 @@ fn json_has_the_shape_of_its_snapshot() {
             1,
         ),
     ] {
-        let document = certainty(folder.path(), arguments).json();
+        let document = certainty_quickly(folder.path(), arguments).json();
         insta::assert_json_snapshot!(name, shape(&document));
         assert_eq!(document["file"], file);
         assert_eq!(
@@ -73,7 +71,7 @@ fn json_has_the_shape_of_its_snapshot() {
 #[test]
 fn a_recordings_parameters_are_fitted() {
     let folder = folder_with(recording());
-    let document = certainty(folder.path(), "calibrate input --json").json();
+    let document = certainty_quickly(folder.path(), "calibrate input --json").json();
     let unit = &document["units"][0];
     assert_eq!(unit["name"], "raw");
     // 100 to 800 mm in steps of 20, three readings each; 80, 820 to 900 lie outside.
@@ -91,7 +89,7 @@ fn a_recordings_parameters_are_fitted() {
     assert!((1.0..40.0).contains(&worst), "{unit}");
 
     let nearer = "calibrate input --json --nearest 8cm --farthest 0.4m";
-    let document = certainty(folder.path(), nearer).json();
+    let document = certainty_quickly(folder.path(), nearer).json();
     assert_eq!(
         (&document["nearest_mm"], &document["farthest_mm"]),
         (&80.into(), &400.into())
@@ -103,7 +101,7 @@ fn a_recordings_parameters_are_fitted() {
 #[test]
 fn the_sixteen_real_units_err_as_the_papers_do() {
     let folder = tempfile::tempdir().unwrap();
-    let document = certainty(folder.path(), "calibrate --json").json();
+    let document = certainty_quickly(folder.path(), "calibrate --json").json();
     let units = document["units"].as_array().unwrap().iter();
     let sd: Vec<f64> = units
         .map(|unit| unit["error_percent"]["sd"].as_f64().unwrap())
@@ -117,7 +115,7 @@ fn the_sixteen_real_units_err_as_the_papers_do() {
 #[test]
 fn the_text_has_a_row_for_each_unit() {
     let folder = tempfile::tempdir().unwrap();
-    let ran = certainty(folder.path(), "calibrate --out charts");
+    let ran = certainty_quickly(folder.path(), "calibrate --out charts");
     assert_eq!(ran.code, Some(0), "{}", ran.stderr);
     let rows = ran.stdout.lines().filter(|line| line.starts_with('A'));
     assert_eq!(rows.count(), 16);
@@ -212,7 +210,7 @@ fn bad_tables_are_refused_with_file_and_line() {
     for (what, content, words) in cases {
         let folder = folder_with(content);
         for json in ["", " --json"] {
-            let ran = certainty(folder.path(), &format!("calibrate input{json}"));
+            let ran = certainty_quickly(folder.path(), &format!("calibrate input{json}"));
             let line = ran.refusal();
             for word in words {
                 assert!(line.contains(word), "{what}: no {word} in {line:?}");
@@ -258,7 +256,7 @@ fn wrong_files_and_options_are_refused() {
         cases.push(("calibrate /dev/zero", "/dev/zero: over 8 MiB"));
     }
     for (arguments, word) in cases {
-        let ran = certainty(folder.path(), arguments);
+        let ran = certainty_quickly(folder.path(), arguments);
         assert!(ran.refusal().contains(word), "{arguments}: {}", ran.stderr);
         assert_eq!(names(folder.path()), ["directory", "input"], "{arguments}");
     }
@@ -270,7 +268,8 @@ fn a_unit_that_reads_no_distance_has_no_error() {
     // Means of 20 000 / d + 133.8: their byte is 200, which is 302 mm and beyond the range.
     let folder = folder_with("distance_mm,raw\n300.2,200.4223\n300.5,200.3557\n300.8,200.2894\n");
     let range = "--nearest 300mm --farthest 301mm";
-    let document = certainty(folder.path(), &format!("calibrate input --json {range}")).json();
+    let document =
+        certainty_quickly(folder.path(), &format!("calibrate input --json {range}")).json();
     let unit = &document["units"][0];
     assert_eq!(
         (&unit["points"], &unit["out_of_range"]),
@@ -280,7 +279,7 @@ fn a_unit_that_reads_no_distance_has_no_error() {
         unit["error_mm"].is_null() && unit["error_percent"].is_null(),
         "{unit}"
     );
-    let ran = certainty(folder.path(), &format!("calibrate input {range}"));
+    let ran = certainty_quickly(folder.path(), &format!("calibrate input {range}"));
     assert_eq!(ran.code, Some(0), "{}", ran.stderr);
     let svg = fs::read_to_string(folder.path().join("out/calibrate-errors.svg")).unwrap();
     assert!(svg.contains("no data"));
@@ -301,7 +300,7 @@ fn the_longest_table_is_calibrated_quickly() {
     assert_eq!(ran.json()["units"][0]["points"], 200_000);
     table += "100,190\n";
     let folder = folder_with(table);
-    let ran = certainty(folder.path(), "calibrate input");
+    let ran = certainty_quickly(folder.path(), "calibrate input");
     let line = ran.refusal();
     assert!(
         line.contains("input:200002: more than 200000 points"),

@@ -1,7 +1,6 @@
 //! `certainty campaign`: the same rows on any number of threads and after any interruption.
 
-use crate::support::program::{certainty, command};
-use crate::support::shape::shape;
+use crate::support::{certainty, command, shape};
 use core::time::Duration;
 use std::fs;
 use std::path::Path;

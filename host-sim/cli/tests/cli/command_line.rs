@@ -1,7 +1,6 @@
 //! The command line's contract: what scripts rely on when they run `certainty simulate`.
 
-use crate::support::program::{certainty, command};
-use crate::support::shape::shape;
+use crate::support::{certainty, command, shape};
 use certainty_tests::process::{PATIENCE, Ran, run, wait};
 use certainty_tests::skipped;
 use serde_json::Value;

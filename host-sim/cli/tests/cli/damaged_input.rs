@@ -1,8 +1,12 @@
-//! Damage in a recording is skipped and counted, and what is sound is mapped.
+//! Damaged recordings: what is sound is mapped; random bytes give valid beams or an error of one line.
 
-use crate::support::input::{PLACE, certainty, folder_with, scan};
-use crate::support::recording::{BEAMS, Place, flaser, gzip};
-use certainty_sim::replay::HEADER;
+use crate::support::{
+    BEAMS, PLACE, Place, certainty_quickly, flaser, folder_with, gzip, robotlaser, scan,
+};
+use certainty_sim::replay::{HEADER, LoadOptions, load};
+use core::num::NonZeroU8;
+use proptest::prelude::*;
+use std::fs;
 
 /// Damage that leaves something: the number of lines skipped, of beams and of missing ones.
 #[test]
@@ -73,10 +77,10 @@ fn damaged_lines_are_skipped_counted_and_reported() {
     ];
     for (what, content, skipped, scans) in cases {
         let folder = folder_with(content);
-        let document = certainty(folder.path(), "replay input --json").json();
+        let document = certainty_quickly(folder.path(), "replay input --json").json();
         assert_eq!(document["skipped_lines"], skipped, "{what}");
         assert_eq!(document["readings"], scans * BEAMS, "{what}");
-        let text = certainty(folder.path(), "replay input").stdout;
+        let text = certainty_quickly(folder.path(), "replay input").stdout;
         let reported = text.contains(&format!("{skipped} lines skipped"));
         assert_eq!(reported, skipped > 0, "{what}: {text}");
     }
@@ -96,7 +100,7 @@ fn impossible_ranges_are_missing_and_map_nothing() {
         let line = line.replace(" 2 ", &format!(" {word} "));
         assert!(line.contains(&format!("{word} {word} {word}")), "{line}");
         let folder = folder_with(&line);
-        let document = certainty(folder.path(), "replay input --json").json();
+        let document = certainty_quickly(folder.path(), "replay input --json").json();
         assert_eq!(document[kind], BEAMS, "{word}: {document}");
         assert_eq!(document["echo"], 0, "{word}");
     }
@@ -107,7 +111,7 @@ fn damaged_readings_are_skipped_counted_and_reported() {
     let lines = "0,1,0,0,0,500\n1,0,0,0,0,500\n2,1,0,0,0,-5\n3,1,0,0,0,NaN\n4,1,0,0,0,inf\n\
                  5,1,0,0,0,near\n6,300,0,0,0,500\n7,1,99999999999,0,0,500\n8,1,0,0\n9,1,0,0,0,none";
     let folder = folder_with(format!("{HEADER}\n{lines}"));
-    let document = certainty(folder.path(), "replay input --json").json();
+    let document = certainty_quickly(folder.path(), "replay input --json").json();
     assert_eq!(document["skipped_lines"], 7);
     assert_eq!(document["readings"], 3);
     let kinds = ["echo", "too_near", "no_object", "missing"].map(|kind| document[kind].as_u64());
@@ -122,7 +126,7 @@ fn backward_time_is_reported_and_no_reading_is_lost() {
         .map(|&time| flaser(&[2.0; BEAMS], PLACE, time))
         .collect();
     let folder = folder_with(log);
-    let document = certainty(folder.path(), "replay input --json").json();
+    let document = certainty_quickly(folder.path(), "replay input --json").json();
     assert_eq!(document["readings"], times.len() * BEAMS);
     for sensor in document["sensors"].as_array().unwrap() {
         assert_eq!(
@@ -130,7 +134,7 @@ fn backward_time_is_reported_and_no_reading_is_lost() {
             "a backward step makes no sensor stale"
         );
     }
-    let text = certainty(folder.path(), "replay input").stdout;
+    let text = certainty_quickly(folder.path(), "replay input").stdout;
     assert!(text.contains("2 backward steps of the clock"), "{text}");
 }
 
@@ -148,10 +152,112 @@ fn a_cut_gzip_gives_the_part_before_the_cut() {
     let mut packed = gzip(log.as_bytes());
     packed.truncate(packed.len() * 9 / 10);
     let folder = folder_with(packed);
-    let document = certainty(folder.path(), "replay input --json").json();
+    let document = certainty_quickly(folder.path(), "replay input --json").json();
     assert_eq!(document["skipped_lines"], 1);
     let scans = document["readings"].as_u64().unwrap() / 180;
     assert!((40..60).contains(&scans), "{scans}");
-    let text = certainty(folder.path(), "replay input").stdout;
+    let text = certainty_quickly(folder.path(), "replay input").stdout;
     assert!(text.contains("compressed file cut short"), "{text}");
+}
+
+/// Loads `bytes` as a recording and asserts valid beams or an error of one line.
+fn assert_loads_or_is_refused(bytes: &[u8]) -> Result<(), TestCaseError> {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("input");
+    fs::write(&file, bytes).unwrap();
+    let options = LoadOptions {
+        sensors: NonZeroU8::new(3).unwrap(),
+        max_beams: 10_000,
+        ..LoadOptions::default()
+    };
+    match load(&file, &options, &mut |_, _| {}) {
+        Ok(recording) => {
+            prop_assert!(!recording.beams.is_empty());
+            let highest = recording
+                .beams
+                .iter()
+                .map(|beam| beam.sensor.number())
+                .max();
+            prop_assert!(highest <= Some(recording.sensors));
+            let tally = recording.tally();
+            let counted = tally.echo + tally.no_object + tally.too_near + tally.missing;
+            prop_assert_eq!(counted, recording.beams.len() as u64);
+            // Not more beams than the bytes can hold, unless they are compressed.
+            if !bytes.starts_with(&[0x1F, 0x8B]) {
+                prop_assert!(recording.beams.len() <= bytes.len() / 2);
+            }
+        }
+        Err(error) => {
+            let line = error.to_string();
+            prop_assert!(
+                line.lines().count() == 1 && line.contains("input"),
+                "{}",
+                line
+            );
+        }
+    }
+    Ok(())
+}
+
+/// A small recording of either format.
+fn small(kind: u8) -> Vec<u8> {
+    let ranges = [1.0, 2.5, 81.83, 0.25];
+    match kind % 4 {
+        0 => {
+            format!("{HEADER}\n0,1,0,0,0,500\n5,2,-10,7,90000,none\n9,3,4,4,-1,near\n").into_bytes()
+        }
+        1 => flaser(&ranges, PLACE, 1.0).repeat(3).into_bytes(),
+        2 => robotlaser(&ranges, PLACE, 1.0).repeat(3).into_bytes(),
+        _ => gzip(flaser(&ranges, PLACE, 1.0).repeat(3).as_bytes()),
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn random_bytes_never_panic(bytes in prop::collection::vec(any::<u8>(), 0..2000), magic in any::<bool>()) {
+        let start: &[u8] = if magic { &[0x1F, 0x8B, 8] } else { &[] };
+        assert_loads_or_is_refused(&[start, &bytes].concat())?;
+    }
+
+    #[test]
+    fn a_recording_changed_anywhere_never_panics(
+        kind in any::<u8>(),
+        changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>(), 0..3_u8), 1..12),
+    ) {
+        let mut bytes = small(kind);
+        for (place, byte, how) in changes {
+            if bytes.is_empty() {
+                break;
+            }
+            let place = place.index(bytes.len());
+            match how {
+                0 => bytes[place] = byte,
+                1 => bytes.insert(place, byte),
+                _ => _ = bytes.remove(place),
+            }
+        }
+        assert_loads_or_is_refused(&bytes)?;
+    }
+
+    #[test]
+    fn a_recording_with_its_numbers_replaced_never_panics(
+        kind in 0..3_u8,
+        changes in prop::collection::vec(
+            (any::<prop::sample::Index>(), prop::sample::select(vec![
+                "", "-", "NaN", "inf", "-inf", "1e308", "-1e308", "1e-308", "1000000000",
+                "18446744073709551615", "18446744073709551616", "-9223372036854775808", "0", "-0",
+                "4294967295", "4294967296", "\u{FEFF}", "\r", "none", "FLASER",
+            ])), 1..6),
+    ) {
+        let text = String::from_utf8(small(kind)).unwrap();
+        let mut words: Vec<&str> = text.split_inclusive([' ', ',', '\n']).collect();
+        let replaced: Vec<String> = changes.iter().map(|(_, word)| format!("{word} ")).collect();
+        for ((place, _), word) in changes.iter().zip(&replaced) {
+            let place = place.index(words.len());
+            words[place] = word;
+        }
+        assert_loads_or_is_refused(words.concat().as_bytes())?;
+    }
 }

@@ -1,7 +1,6 @@
 //! `certainty drive`: the contract, the simulations of \[004\], and the effect of the diagnosis.
 
-use crate::support::program::command;
-use crate::support::shape::shape;
+use crate::support::{command, shape};
 use certainty_repro::drive_study::{Case, Study, Trial};
 use certainty_sim::robot::drive::{Event, EventKind};
 use certainty_sim::robot::{Course, Drive, HealthMode, MapSource, Memory, PilotConfig};

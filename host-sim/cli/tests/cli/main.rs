@@ -8,7 +8,6 @@ mod damaged_input;
 mod drive;
 mod maps;
 mod monitor;
-mod random_bytes;
 mod real_recordings;
 mod recovery;
 mod replay;

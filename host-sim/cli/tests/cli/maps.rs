@@ -1,8 +1,6 @@
 //! Maps for other programs: the written files by the rules of `map_server`, and `compare`.
 
-use crate::support::map::{Cell, Map, write_drawn};
-use crate::support::program::certainty;
-use crate::support::recording::{Place, Room, all_around, flaser, log};
+use crate::support::{Cell, Map, Place, Room, all_around, certainty, flaser, log, write_drawn};
 use certainty_tests::pgm::pgm;
 use certainty_tests::process::Ran;
 use serde_json::{Value, json};

@@ -1,8 +1,6 @@
 //! `certainty monitor`: its contract, with good and damaged telemetry.
 
-use crate::support::input::{certainty, folder_with};
-use crate::support::program::command;
-use crate::support::shape::shape;
+use crate::support::{certainty_quickly, command, folder_with, shape};
 use certainty_control::{Effort, Wheels};
 use certainty_core::certainty::Certainty;
 use certainty_core::fusion::{BayesGrid, CertaintyGrid, Environment, Measurement, Shape, Strength};
@@ -89,7 +87,7 @@ fn frames(rounds: usize) -> usize {
 /// Monitors a file of `bytes`.
 fn monitored(bytes: impl AsRef<[u8]>, options: &str) -> Ran {
     let folder = folder_with(bytes);
-    certainty(folder.path(), &format!("monitor input {options}"))
+    certainty_quickly(folder.path(), &format!("monitor input {options}"))
 }
 
 fn cells(document: &Value) -> Vec<u8> {
@@ -185,7 +183,7 @@ fn a_map_with_a_part_missing_is_not_called_complete() {
     assert_eq!(document["map"]["generation"], Value::Null);
     assert_ne!(cells(&document), sent);
     let folder = folder_with(bytes);
-    let text = certainty(folder.path(), "monitor input").stdout;
+    let text = certainty_quickly(folder.path(), "monitor input").stdout;
     assert!(text.contains("map 2, complete"), "{text}");
 }
 
@@ -206,7 +204,7 @@ fn without_a_terminal_each_report_is_a_line() {
     let (bytes, _) = capture(2);
     let folder = folder_with(bytes);
     for arguments in ["monitor input", "monitor input --plain"] {
-        let ran = certainty(folder.path(), arguments);
+        let ran = certainty_quickly(folder.path(), arguments);
         assert_eq!((ran.code, &*ran.stderr), (Some(0), ""));
         assert!(!ran.stdout.contains('\u{1b}'), "no colour, no cursor");
         let (lines, end) = ran.stdout.split_once("\n\n").unwrap();
@@ -272,7 +270,8 @@ fn standard_input_and_tcp_are_ports_too() {
     let server = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = server.local_addr().unwrap();
     let sender = thread::spawn(move || server.accept().unwrap().0.write_all(&bytes).unwrap());
-    let document = certainty(folder.path(), &format!("monitor tcp:{address} --json")).json();
+    let document =
+        certainty_quickly(folder.path(), &format!("monitor tcp:{address} --json")).json();
     assert_eq!(cells(&document), sent);
     sender.join().unwrap();
 }
@@ -332,7 +331,7 @@ fn assert_refused(content: &[u8], arguments: &str, words: &[&str]) {
     let folder = folder_with(content);
     std::fs::create_dir(folder.path().join("directory")).unwrap();
     for json in ["", " --json"] {
-        let ran = certainty(folder.path(), &format!("monitor {arguments}{json}"));
+        let ran = certainty_quickly(folder.path(), &format!("monitor {arguments}{json}"));
         let line = ran.refusal();
         for word in words {
             assert!(line.contains(word), "{arguments}: no {word} in {line:?}");

@@ -1,6 +1,6 @@
 //! Maps of real recordings: of eight sonars, which are part of the project, and of lasers.
 
-use crate::support::map::{Cell, replay_file};
+use crate::support::{Cell, replay_file};
 use certainty_tests::{shared_data, workspace};
 use std::fs;
 

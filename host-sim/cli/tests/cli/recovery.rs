@@ -1,7 +1,6 @@
 //! `certainty recovery`: \[001\] §6.3, Fig. 7.
 
-use crate::support::program::certainty;
-use crate::support::shape::shape;
+use crate::support::{certainty, shape};
 use certainty_tests::process::Ran;
 use serde_json::Value;
 use std::fs;

@@ -1,11 +1,9 @@
 //! `certainty replay`: maps of a known room.
 
-use crate::support::map::{Cell, Map};
-use crate::support::program::{certainty, command};
-use crate::support::recording::{
-    BEAMS, NO_ECHO_M, Place, Room, all_around, flaser, gzip, log, robotlaser,
+use crate::support::{
+    BEAMS, Cell, Map, NO_ECHO_M, Place, Room, all_around, certainty, command, flaser, gzip, log,
+    robotlaser, shape,
 };
-use crate::support::shape::shape;
 use certainty_tests::process::{Ran, run};
 use certainty_tests::workspace;
 use core::time::Duration;

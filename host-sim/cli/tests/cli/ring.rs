@@ -1,8 +1,6 @@
 //! `certainty ring`: \[003\]'s check of a sonar ring.
 
-use crate::support::input::folder_with;
-use crate::support::program::certainty;
-use crate::support::shape::shape;
+use crate::support::{certainty, folder_with, shape};
 use certainty_ring::{Assessment, Distances, Echoes, Element, Monitor, Polygon, Scan};
 use certainty_tests::process::Ran;
 use certainty_tests::shared_data;

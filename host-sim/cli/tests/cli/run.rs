@@ -1,7 +1,6 @@
 //! `certainty run`: the same application, bit for bit, on every backend and with every fault.
 
-use crate::support::program::certainty;
-use crate::support::shape::shape;
+use crate::support::{certainty, shape};
 use certainty_tests::firmware;
 use certainty_tests::process::PATIENCE;
 use serde_json::Value;

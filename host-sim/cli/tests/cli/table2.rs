@@ -1,7 +1,6 @@
 //! `certainty table2`: the evaluation of [001] §6.2 on the command line.
 
-use crate::support::program::certainty;
-use crate::support::shape::shape;
+use crate::support::{certainty, shape};
 use certainty_tests::process::Ran;
 use serde_json::Value;
 use std::fs;

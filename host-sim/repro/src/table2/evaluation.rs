@@ -1,11 +1,94 @@
-//! The evaluation in many worlds: means and standard deviations.
+//! The evaluation in many worlds, its six figures, and which factors decide them.
 
-use super::factors::EvaluationSetup;
-use super::figures::{Figures, PRINTED_METHODS};
+use super::factors::{EvaluationSetup, FACTORS, Level};
 use super::repetition::{Estimator, Metric, Oracles, Repetition};
 use certainty_sim::fusion::Method;
 use certainty_sim::simulation::Score;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
+
+/// The methods of \[001\] Table 2, in its order.
+pub const PRINTED_METHODS: [Method; 3] = [Method::Bayes, Method::Robust, Method::Median];
+
+/// MAE and MSE of Bayesian fusion, the robust and the fault-tolerant (median) certainty grid.
+///
+/// Units: certainties of 0 to 1, as in [`Score`]; the paper prints thousandths.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Figures([f64; 6]);
+
+impl Figures {
+    /// What Table 2 of \[001\] prints.
+    pub const PRINTED: Self = Self([0.101, 0.069, 0.022, 0.012, 0.009, 0.006]);
+
+    /// The names of the figures, in their order.
+    pub const NAMES: [&'static str; 6] = [
+        "bayes MAE",
+        "bayes MSE",
+        "robust MAE",
+        "robust MSE",
+        "median MAE",
+        "median MSE",
+    ];
+
+    /// How near a figure must be to count as reproduced: within a quarter of the printed one.
+    pub const NEAR: f64 = 0.25;
+
+    const ZERO: Self = Self([0.0; 6]);
+
+    /// Creates the figures from the scores of [`PRINTED_METHODS`].
+    #[must_use]
+    pub fn of(scores: [&Score; 3]) -> Self {
+        let [bayes, robust, median] = scores;
+        Self([
+            bayes.mae, bayes.mse, robust.mae, robust.mse, median.mae, median.mse,
+        ])
+    }
+
+    /// Returns them in the order of [`Self::NAMES`].
+    #[must_use]
+    pub const fn values(&self) -> [f64; 6] {
+        self.0
+    }
+
+    /// Returns each divided by the printed one.
+    #[must_use]
+    pub fn ratios(&self) -> [f64; 6] {
+        self.over(&Self::PRINTED)
+    }
+
+    /// Returns each divided by that of `other`.
+    #[must_use]
+    pub fn over(&self, other: &Self) -> [f64; 6] {
+        core::array::from_fn(|n| self.0[n] / other.0[n])
+    }
+
+    /// Returns which figures are reproduced: within [`Self::NEAR`] of the printed ones.
+    #[must_use]
+    pub fn near(&self) -> [bool; 6] {
+        self.ratios().map(|ratio| (ratio - 1.0).abs() <= Self::NEAR)
+    }
+
+    /// Returns whether they are in the paper's order, by MAE and by MSE: median below robust below
+    /// Bayes.
+    #[must_use]
+    pub fn in_the_papers_order(&self) -> bool {
+        let [bayes, robust, median] = [0, 2, 4].map(|n| (self.0[n], self.0[n + 1]));
+        let below = |a: (f64, f64), b: (f64, f64)| a.0 < b.0 && a.1 < b.1;
+        below(median, robust) && below(robust, bayes)
+    }
+
+    fn plus(&self, other: &Self) -> Self {
+        Self(core::array::from_fn(|n| self.0[n] + other.0[n]))
+    }
+
+    fn divided(&self, count: u32) -> Self {
+        Self(self.0.map(|sum| sum / f64::from(count)))
+    }
+}
+
+/// Returns a ratio or its inverse, whichever is 1 or more.
+fn factor(ratio: f64) -> f64 {
+    ratio.max(1.0 / ratio)
+}
 
 /// An estimator's figures over all worlds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -143,9 +226,114 @@ fn mean_and_deviation<'a>(
     (mean, (count > 1.0).then_some(deviation))
 }
 
+/// The primary set-up, or one that differs from it in a single level.
+#[derive(Debug, Clone, Copy)]
+pub struct Variation {
+    /// The factor's name and its level; none for the primary set-up.
+    pub change: Option<(&'static str, &'static Level)>,
+    /// The mean figures over the worlds.
+    pub figures: Figures,
+    /// The figure with the largest ratio to the primary set-up's, as an index of [`Figures::NAMES`], and
+    /// that ratio.
+    pub moved_most: Option<(usize, f64)>,
+}
+
+/// Every changed level, after none for the primary set-up.
+fn changes() -> impl Iterator<Item = Option<(&'static str, &'static Level)>> {
+    let of_factors = FACTORS.iter().flat_map(|factor| {
+        let levels = factor.levels[1..].iter();
+        levels.map(|level| Some((factor.name, level)))
+    });
+    core::iter::once(None).chain(of_factors)
+}
+
+/// Returns how many steps [`variations`] reports.
+#[must_use]
+pub fn variations_steps(worlds: u32) -> u64 {
+    changes().count() as u64 * u64::from(worlds)
+}
+
+/// Returns the primary set-up and all that differ from it in one level, each in `worlds` worlds; calls
+/// `done` after each world of each.
+pub fn variations(seed: u64, worlds: u32, done: impl Fn() + Sync) -> Vec<Variation> {
+    let figures = changes().map(|change| {
+        let setup = match change {
+            Some((_, level)) => EvaluationSetup::PRIMARY.with(level),
+            None => EvaluationSetup::PRIMARY,
+        };
+        (change, mean_figures(&setup, seed, worlds, &done))
+    });
+    let mut variations: Vec<Variation> = Vec::new();
+    for (change, figures) in figures {
+        let moved_most = variations.first().and_then(|primary| {
+            let ratios = figures.over(&primary.figures).into_iter().enumerate();
+            ratios.max_by(|a, b| factor(a.1).total_cmp(&factor(b.1)))
+        });
+        variations.push(Variation {
+            change,
+            figures,
+            moved_most,
+        });
+    }
+    variations
+}
+
+/// The printed methods' mean figures of a set-up, summed in the order of the worlds.
+fn mean_figures(
+    setup: &EvaluationSetup,
+    seed: u64,
+    worlds: u32,
+    done: &(impl Fn() + Sync),
+) -> Figures {
+    let estimators = PRINTED_METHODS.map(Estimator::Method);
+    let metrics = [Metric::of(setup)];
+    let oracles = Oracles::default(); // no estimator needs one
+    let each = (0..worlds).into_par_iter().map(|number| {
+        let scores = Repetition::run(setup, &oracles, &estimators, &metrics, seed, number).scores;
+        done();
+        Figures::of([0, 1, 2].map(|place| &scores[place]))
+    });
+    let each: Vec<Figures> = each.collect();
+    let sum = each
+        .iter()
+        .fold(Figures::ZERO, |sum, world| sum.plus(world));
+    sum.divided(worlds.max(1))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_printed_figures_are_near_and_in_order() {
+        let printed = Figures::PRINTED;
+        assert_eq!(printed.near(), [true; 6]);
+        assert!(printed.in_the_papers_order());
+    }
+
+    #[test]
+    fn a_factor_is_1_or_more_either_way() {
+        assert_eq!([factor(0.25), factor(3.0), factor(1.0)], [4.0, 3.0, 1.0]);
+        assert_eq!(factor(0.0), f64::INFINITY);
+        let mut off = Figures::PRINTED;
+        off.0[3] = 0.003; // a quarter
+        off.0[0] = 0.303; // three times
+        assert_eq!(off.near(), [false, true, true, false, true, true]);
+    }
+
+    #[test]
+    fn near_is_a_quarter_more_or_less() {
+        let scaled = |by: f64| Figures(Figures::PRINTED.0.map(|figure| figure * by)).near();
+        assert_eq!([scaled(0.76), scaled(1.24)], [[true; 6]; 2]);
+        assert_eq!([scaled(0.74), scaled(1.26)], [[false; 6]; 2]);
+    }
+
+    #[test]
+    fn the_order_holds_by_mae_and_mse() {
+        let mut mixed = Figures::PRINTED;
+        mixed.0[5] = 0.013; // the median's MSE above the robust grid's
+        assert!(!mixed.in_the_papers_order());
+    }
 
     #[test]
     fn deviations_are_those_of_a_sample() {
@@ -178,5 +366,49 @@ mod tests {
             pool.install(|| Evaluation::run(EvaluationSetup::PRIMARY, 5, 7, || {}))
         };
         assert_eq!(run(1), run(3));
+    }
+
+    #[test]
+    fn a_variation_has_the_figures_of_its_setup() {
+        let all = variations(4, 3, || {});
+        for variation in all.iter().filter(|each| {
+            let name = each.change.map(|(_, level)| level.name);
+            name.is_none_or(|name| name == "hard")
+        }) {
+            let setup = match variation.change {
+                Some((_, level)) => EvaluationSetup::PRIMARY.with(level),
+                None => EvaluationSetup::PRIMARY,
+            };
+            let alone = Evaluation::run(setup, 4, 3, || {});
+            assert_eq!(variation.figures, alone.figures());
+        }
+    }
+
+    #[test]
+    fn hard_evidence_moves_bayes_and_nothing_else() {
+        let all = variations(1, 2, || {});
+        let primary = all[0].figures.values();
+        let hard = all.iter().find(|each| {
+            each.change
+                .is_some_and(|(factor, level)| (factor, level.name) == ("evidence", "hard"))
+        });
+        let hard = hard.unwrap();
+        assert_eq!(hard.figures.values()[2..], primary[2..]);
+        let (figure, ratio) = hard.moved_most.unwrap();
+        assert!(figure < 2);
+        assert_eq!(ratio, hard.figures.values()[figure] / primary[figure]);
+        assert_eq!(all[0].moved_most, None);
+    }
+
+    #[test]
+    fn every_world_of_every_variation_is_one_step() {
+        use core::sync::atomic::{AtomicU64, Ordering::Relaxed};
+        let done = AtomicU64::new(0);
+        let count = || {
+            done.fetch_add(1, Relaxed);
+        };
+        let all = variations(2, 1, count);
+        assert_eq!(done.load(Relaxed), variations_steps(1));
+        assert_eq!(all.len() as u64, variations_steps(1));
     }
 }

@@ -35,12 +35,10 @@
 
 mod evaluation;
 mod factors;
-mod figures;
 mod repetition;
-mod sensitivity;
 
-pub use evaluation::{EstimatorFigures, Evaluation};
+pub use evaluation::{
+    EstimatorFigures, Evaluation, Figures, PRINTED_METHODS, Variation, variations, variations_steps,
+};
 pub use factors::{EvaluationSetup, FACTORS, Factor, Level};
-pub use figures::{Figures, PRINTED_METHODS};
 pub use repetition::Estimator;
-pub use sensitivity::{Variation, variations, variations_steps};
