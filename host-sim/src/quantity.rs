@@ -1,7 +1,9 @@
 //! Quantities with units: `100mm`, `15deg`, `3s`, `20%`.
 //!
-//! A number without a unit is an error. Every function can be a value parser of `clap`.
+//! A number without a unit is an error. Every parser can be a value parser of `clap`. [`degrees`],
+//! [`signed_degrees`] and [`share`] are the numbers that reports have.
 
+use certainty_core::health::Confidence;
 use certainty_core::units::{BinaryAngle, Millimeters, Point, Ticks};
 use core::fmt;
 use thiserror::Error;
@@ -293,6 +295,24 @@ pub fn fraction(text: &str) -> Result<f64, QuantityError> {
     percentage(text).map(Percentage::fraction)
 }
 
+/// Returns an angle in degrees, 0 to less than 360: exact.
+#[must_use]
+pub fn degrees(angle: BinaryAngle) -> f64 {
+    f64::from(angle.to_bits()) * 360.0 / 65536.0
+}
+
+/// Returns an angle in degrees, −180 to less than 180: exact.
+#[must_use]
+pub fn signed_degrees(angle: BinaryAngle) -> f64 {
+    f64::from(angle.to_bits().cast_signed()) * 360.0 / 65536.0
+}
+
+/// Returns a confidence as a share of the full one, `0.0..=1.0`.
+#[must_use]
+pub fn share(confidence: Confidence) -> f64 {
+    f64::from(confidence.to_bits()) / f64::from(Confidence::FULL.to_bits())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -328,6 +348,26 @@ mod tests {
         assert_eq!(duration("2min"), Ok(Ticks::new(120_000)));
         assert_eq!(fraction("20%"), Ok(0.2));
         assert_eq!(fraction("100%"), Ok(1.0));
+    }
+
+    #[test]
+    fn degrees_are_those_of_a_turn() {
+        for (text, unsigned, signed) in [
+            ("0deg", 0.0, 0.0),
+            ("90deg", 90.0, 90.0),
+            ("180deg", 180.0, -180.0),
+            ("-45deg", 315.0, -45.0),
+        ] {
+            let angle = angle(text).unwrap();
+            let both = (degrees(angle), signed_degrees(angle));
+            assert_eq!(both, (unsigned, signed), "{text}");
+        }
+        assert_eq!(
+            degrees(BinaryAngle::from_bits(u16::MAX)),
+            359.994_506_835_937_5
+        );
+        let shares = [Confidence::FULL, Confidence::from_bits(0)].map(share);
+        assert_eq!(shares, [1.0, 0.0]);
     }
 
     #[test]

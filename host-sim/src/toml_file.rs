@@ -22,6 +22,14 @@ pub enum TomlError {
         /// The system's error.
         source: io::Error,
     },
+    /// The file is a directory.
+    #[error("{}: is a directory: expected a {what}", file.display())]
+    Directory {
+        /// Its path.
+        file: PathBuf,
+        /// Its expected content.
+        what: &'static str,
+    },
     /// The file is larger than 4 MiB.
     #[error("{}: over 4 MiB, too large for a {what}; check the path", file.display())]
     TooLong {
@@ -48,10 +56,12 @@ pub enum TomlError {
 ///
 /// [`TomlError`] if it cannot be read or is too long.
 pub fn read(path: &Path, what: &'static str) -> Result<Vec<u8>, TomlError> {
-    let unreadable = |source| TomlError::Unreadable {
-        file: path.to_owned(),
-        what,
-        source,
+    let unreadable = |source: io::Error| {
+        let file = path.to_owned();
+        match source.kind() {
+            io::ErrorKind::IsADirectory => TomlError::Directory { file, what },
+            _ => TomlError::Unreadable { file, what, source },
+        }
     };
     let mut bytes = Vec::new();
     // One byte more than allowed shows a longer file, or a device without end.

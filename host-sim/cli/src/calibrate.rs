@@ -109,29 +109,11 @@ struct UnitReport<'a> {
     /// Points outside the range.
     ignored: usize,
     /// The calibrated reading less the true distance; null if no point reads as a distance.
-    error_mm: Option<SpreadReport>,
+    error_mm: Option<Spread>,
     /// The same as a percentage of the true distance.
-    error_percent: Option<SpreadReport>,
+    error_percent: Option<Spread>,
     /// Points within the range that read as too near or as no object after calibration.
     out_of_range: usize,
-}
-
-#[derive(Debug, Serialize)]
-struct SpreadReport {
-    mean: f64,
-    sd: f64,
-    /// The largest magnitude.
-    worst: f64,
-}
-
-impl From<Spread> for SpreadReport {
-    fn from(spread: Spread) -> Self {
-        Self {
-            mean: spread.mean,
-            sd: spread.sd,
-            worst: spread.worst,
-        }
-    }
 }
 
 impl<'a> From<&'a Assessment> for UnitReport<'a> {
@@ -145,8 +127,8 @@ impl<'a> From<&'a Assessment> for UnitReport<'a> {
             worst_counts: unit.fit().worst(),
             points: unit.points(),
             ignored: unit.ignored(),
-            error_mm: unit.error_mm().map(SpreadReport::from),
-            error_percent: unit.error_percent().map(SpreadReport::from),
+            error_mm: unit.error_mm(),
+            error_percent: unit.error_percent(),
             out_of_range: unit.out_of_range(),
         }
     }

@@ -3,9 +3,9 @@
 use super::options::{CommonOptions, Jobs, named};
 use super::output::Failure;
 use super::output::{self, Report, progress};
-use super::table::{percent, row, table};
+use super::table::{percent_or_dash, row, table};
 use certainty_repro::campaign::{Campaign, CampaignError, Row, Selection};
-use certainty_repro::{Estimate, Waits, standard_deviation};
+use certainty_repro::{Waits, standard_deviation};
 use certainty_sim::export::{ExportError, OutDir, display_path};
 use certainty_sim::fusion::Rules;
 use certainty_sim::plot::{Axis, BarChart, BarSeries};
@@ -181,10 +181,10 @@ impl<'a> Summary<'a> {
                 .collect::<Vec<_>>()
         });
         let samples: Vec<Vec<f64>> = samples.collect();
-        let estimates = samples.iter().map(|samples| Estimate::of(samples));
+        let means = samples.iter().map(|samples| certainty_repro::mean(samples));
         BarSeries {
             name: method.to_owned(),
-            values: estimates.map(|estimate| estimate.map(|e| e.mean)).collect(),
+            values: means.collect(),
             errors: Some(
                 samples
                     .iter()
@@ -222,7 +222,7 @@ impl<'a> Summary<'a> {
                 let rows = self.rows_of(fault, method);
                 let mean = |part: fn(&Row) -> Option<f64>| mean(&rows, part);
                 let error = |part: fn(&Row) -> Option<f64>| decimals(mean(part));
-                let share = |part: fn(&Row) -> Option<f64>| mean(part).map_or("-".into(), percent);
+                let share = |part: fn(&Row) -> Option<f64>| percent_or_dash(mean(part));
                 maps.push(vec![
                     fault.to_owned(),
                     method.to_owned(),
@@ -281,8 +281,7 @@ impl Summary<'_> {
         rates.dedup();
         let of_rate = rates.into_iter().map(|rate| {
             let rows: Vec<&Row> = all.iter().filter(|row| row.rate == rate).copied().collect();
-            let share =
-                |part: fn(&Row) -> Option<f64>| mean(&rows, part).map_or("-".into(), percent);
+            let share = |part: fn(&Row) -> Option<f64>| percent_or_dash(mean(&rows, part));
             let turns = |part: fn(&Row) -> Option<u64>| median(&rows, part);
             vec![
                 fault.to_owned(),
@@ -304,7 +303,7 @@ impl Summary<'_> {
 /// Returns the mean of the rows that have the value.
 fn mean(rows: &[&Row], part: fn(&Row) -> Option<f64>) -> Option<f64> {
     let known: Vec<f64> = rows.iter().filter_map(|row| part(row)).collect();
-    (!known.is_empty()).then(|| known.iter().sum::<f64>() / known.len() as f64)
+    certainty_repro::mean(&known)
 }
 
 /// Returns the median over the rows; those without the value count as longest.

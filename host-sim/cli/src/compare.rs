@@ -1,9 +1,9 @@
 //! `certainty compare`: agreement and differences of two maps.
 
-use super::options::JsonOption;
+use super::options::{JsonOption, no_directory};
 use super::output::Failure;
 use super::output::Report;
-use super::table::{percent, row, table};
+use super::table::{percent_or_dash, row, table};
 use certainty_sim::export::{Comparison, RosMap, compare};
 use clap::Args;
 use serde::Serialize;
@@ -22,7 +22,10 @@ pub(super) struct Arguments {
 
 /// Compares the maps and reports.
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let load = |file: &Path| RosMap::load(file).map_err(|error| Failure::input(&error));
+    let load = |file: &Path| {
+        no_directory(file, "a map's YAML file")?;
+        RosMap::load(file).map_err(|error| Failure::input(&error))
+    };
     let (a, b) = (load(&arguments.a)?, load(&arguments.b)?);
     let comparison = compare(&a, &b).map_err(|error| {
         let (a, b) = (arguments.a.display(), arguments.b.display());
@@ -37,9 +40,8 @@ impl Report for Comparison {
     }
 
     fn render(&self) -> String {
-        let share = |share: Option<f64>| share.map_or_else(|| "-".to_owned(), percent);
         let line = |name: &str, cells: u64, part: Option<f64>| {
-            vec![name.to_owned(), cells.to_string(), share(part)]
+            vec![name.to_owned(), cells.to_string(), percent_or_dash(part)]
         };
         let mut text = table(&[
             row(["", "cells", "share"]),

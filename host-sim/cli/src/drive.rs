@@ -5,7 +5,7 @@ use super::maps::{metres_of, outlines_of_map, outlines_of_world};
 use super::options::{CommonOptions, Jobs, Name, OrNone, given, named};
 use super::output::Failure;
 use super::output::Report;
-use super::table::table;
+use super::table::{list, table};
 use certainty_control::{FailureSharing, Wgs84};
 use certainty_core::units::Point;
 use certainty_repro::drive_study::Study;
@@ -221,7 +221,7 @@ fn write_csv(outcome: &Outcome, out: &mut dyn Write) -> io::Result<()> {
         "time_s,x_mm,y_mm,heading_deg,right_m_s,left_m_s,speed_m_s,distance_m,angle_deg"
     )?;
     for step in &outcome.steps {
-        let heading = f64::from(step.pose.heading.to_bits()) / 65536.0 * 360.0;
+        let heading = quantity::degrees(step.pose.heading);
         let (right, left) = step.wheels_m_s;
         writeln!(
             out,
@@ -314,10 +314,10 @@ impl Arguments {
         let file = self.world.as_deref();
         let goal = goal(self)?;
         let course = match file {
-            Some(file) => {
-                let world = World::load(file).map_err(|error| Failure::input(&error))?;
-                Course::to(goal, world)
-            }
+            Some(file) => Course::to(
+                goal,
+                World::load(file).map_err(|error| Failure::input(&error))?,
+            ),
             None => Course {
                 goal,
                 ..Course::built_in()
@@ -343,7 +343,7 @@ fn faults(arguments: &Arguments) -> Result<Vec<FaultSpec>, Failure> {
     for Name(name) in given("--fail", &arguments.fail)? {
         if SensorName::Name(name.clone()).resolve(&NAMES).is_err() {
             let excerpt = Excerpt::new(&name);
-            let names = NAMES.join(", ");
+            let names = list(NAMES, ", ");
             let line =
                 format!("--fail: unknown sensor '{excerpt}': expected one of {names}, or none");
             return Err(Failure::Input(line));
@@ -375,8 +375,7 @@ fn world_name(file: Option<&Path>) -> String {
 fn check_start(drive: &Drive, file: Option<&Path>) -> Result<(), Failure> {
     let course = &drive.course;
     let body = Body::new(course.start, drive.seed);
-    let touched = |obstacle: &&Obstacle| body.touches(&World::new("", vec![**obstacle]));
-    let Some(obstacle) = course.world.obstacles().iter().find(touched) else {
+    let Some(obstacle) = body.touched(&course.world) else {
         return Ok(());
     };
     Err(Failure::Input(format!(
@@ -499,8 +498,7 @@ fn faults_text(drive: &Drive) -> String {
     if faults.is_empty() {
         return "no fault".to_owned();
     }
-    let all: Vec<String> = faults.iter().map(ToString::to_string).collect();
-    let all = all.join(", ");
+    let all = list(faults, ", ");
     if all.chars().count() <= MOST {
         return all;
     }
@@ -514,9 +512,8 @@ fn faults_text(drive: &Drive) -> String {
         .iter()
         .enumerate()
         .filter(|&(slot, _)| is_faulty(slot));
-    let names: Vec<&str> = names.map(|(_, &name)| name).collect();
-    let count = faults.len();
-    format!("{count} faults of {}", names.join(", "))
+    let names = list(names.map(|(_, name)| name), ", ");
+    format!("{} faults of {names}", faults.len())
 }
 
 fn track(drive: &Drive, outcome: &Outcome) -> TrackChart {
@@ -565,19 +562,14 @@ fn fault_spans(outcome: &Outcome) -> Vec<Span> {
     let spans = times.into_iter().map(|(from, to, names)| Span {
         from,
         to,
-        label: format!("fault of {}", names.join(", ")),
+        label: format!("fault of {}", list(names, ", ")),
     });
     spans.collect()
 }
 
 /// Renders the options of the run.
 fn header(drive: &Drive) -> String {
-    let faults: Vec<String> = drive.faults.iter().map(ToString::to_string).collect();
-    let faults = if faults.is_empty() {
-        "none".to_owned()
-    } else {
-        faults.join(" ")
-    };
+    let faults = list(&drive.faults, " ");
     let pilot = drive.pilot;
     let idle = pilot.memory != Memory::Nobody && !pilot.memory.applies_to(drive.health);
     let memory = if idle {

@@ -6,6 +6,7 @@ use super::output::{self, Report, progress};
 use super::table::{row, table};
 use certainty_repro::Spread;
 use certainty_repro::drive_study::{Case, KINDS, Study, Summary, Trial};
+use certainty_sim::fault::SpecError;
 use certainty_sim::robot::HealthMode;
 use serde::Serialize;
 use std::io::{self, Write};
@@ -33,7 +34,9 @@ pub(super) fn run(
     options: &OutputOptions,
 ) -> Result<(), Failure> {
     let out = options.create()?;
-    let (simulations, failures) = (Study::simulations(), Study::failures());
+    let internal = |error: SpecError| Failure::Internal(error.to_string());
+    let simulations = Study::simulations().map_err(internal)?;
+    let failures = Study::failures().map_err(internal)?;
     let bar = progress("drives", (simulations.len() + failures.len()) as u64);
     let drive_all = |cases: Vec<Case>| -> Result<Vec<Driven>, Failure> {
         let driven = cases.into_iter().map(|case| {

@@ -4,7 +4,7 @@ use super::maps::{Mark, Panel, side_by_side};
 use super::options::JsonOption;
 use super::output::Failure;
 use super::output::{self, Report};
-use super::table::{HealthReport, row, table};
+use super::table::{HealthReport, counted, row, table};
 use certainty_core::certainty::Certainty;
 use certainty_core::fusion::Geometry;
 use certainty_core::sensor::SensorId;
@@ -14,6 +14,7 @@ use certainty_firmware::telemetry::{
     self, Damage, Drive, DriveState, Frame, Hello, MapPart, MapState, Statistics, Tally,
 };
 use certainty_sim::monitor::{Arrival, Port, PortError, SensorState, Session};
+use certainty_sim::quantity::signed_degrees;
 use certainty_sim::simulation::Truth;
 use clap::Args;
 use core::num::{NonZeroU32, NonZeroU64};
@@ -428,8 +429,7 @@ fn line(received: &Result<Frame, Damage>, session: &Session) -> String {
         Ok(frame) => {
             let lost = match frame.lost {
                 0 => String::new(),
-                1 => "      1 frame lost\n".into(),
-                lost => format!("      {lost} frames lost\n"),
+                lost => format!("      {} lost\n", counted(lost.into(), "frame")),
             };
             let report = report(&frame.report, session);
             format!("{lost}{:>5} {report}\n", frame.sequence)
@@ -518,11 +518,6 @@ fn drive_line(drive: &Drive) -> String {
 /// Renders an angle from −180 to 180 degrees.
 fn degrees(angle: BinaryAngle) -> String {
     format!("{:.1}deg", signed_degrees(angle))
-}
-
-/// Returns an angle in degrees, from −180 to less than 180.
-fn signed_degrees(angle: BinaryAngle) -> f64 {
-    f64::from(angle.to_bits().cast_signed()) * 360.0 / 65536.0
 }
 
 fn reading_text(reading: Reading) -> String {

@@ -2,12 +2,13 @@
 
 use super::output::Failure;
 use super::output::{self, Report};
-use certainty_sim::export::OutDir;
+use certainty_sim::export::{OutDir, display_path};
+use certainty_sim::world::World;
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use core::convert::Infallible;
 use core::str::FromStr;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// `--json`: part of every subcommand.
 #[derive(Debug, Clone, Copy, Args)]
@@ -111,6 +112,26 @@ pub(super) fn named<T: Copy + Send + Sync + 'static>(
         let found = all.iter().copied().find(|&value| name(value) == text);
         found.ok_or("not a listed name") // the parser refused every other one
     })
+}
+
+/// Refuses a directory in place of a file.
+pub(super) fn no_directory(file: &Path, expected: &str) -> Result<(), Failure> {
+    if file.is_dir() {
+        let line = format!(
+            "{}: is a directory: expected {expected}",
+            display_path(file)
+        );
+        return Err(Failure::Input(line));
+    }
+    Ok(())
+}
+
+/// Loads the world of `--world`; without a file, `built_in` creates it.
+pub(super) fn world(file: Option<&Path>, built_in: fn() -> World) -> Result<World, Failure> {
+    match file {
+        Some(file) => World::load(file).map_err(|error| Failure::input(&error)),
+        None => Ok(built_in()),
+    }
 }
 
 /// A value of a repeatable option, or `none` for an empty list.

@@ -6,12 +6,13 @@ use super::output::{self, Report, progress};
 use super::table::{percent, table};
 use certainty_repro::Spread;
 use certainty_repro::recovery::{
-    ConfidenceBand, ConfidenceTrace, Count, FAULTY, Noise, OverSeeds, READINGS, Recovery, share,
+    ConfidenceBand, ConfidenceTrace, Count, FAULTY, Noise, OverSeeds, READINGS, Recovery,
 };
 use certainty_sim::export::{ExportError, OutDir, display_path};
 use certainty_sim::fault::FaultSpec;
 use certainty_sim::fusion::Rules;
 use certainty_sim::plot::{Axis, Line, LineChart, Span};
+use certainty_sim::quantity::share;
 use certainty_sim::transducer::SensorSet;
 use certainty_sim::world::{Layout, World};
 use clap::Args;
@@ -301,7 +302,7 @@ impl Report for Evaluation<'_> {
 
 /// Renders the statistics over the random layouts.
 fn summary(over: &OverSeeds) -> String {
-    let readings = |value: Option<usize>| value.map_or("never".into(), |n: usize| n.to_string());
+    let readings = |value: Option<u64>| value.map_or("never".into(), |n| n.to_string());
     let spread = |Spread { mean, sd }: Spread| format!("{mean:.2} ± {sd:.2}");
     let rows = [
         vec![format!("{} random layouts", over.seeds), String::new()],

@@ -4,7 +4,7 @@ use super::maps::map_image;
 use super::options::{CommonOptions, named};
 use super::output::Failure;
 use super::output::{self, Report, progress};
-use super::table::{HealthReport, caveat, row, table};
+use super::table::{HealthReport, caveat, counted, row, table};
 use certainty_core::fusion::{Beam, BeamConfig, BeamModel, Behind, Geometry};
 use certainty_core::sensor::SensorId;
 use certainty_core::transducer::Reading;
@@ -383,10 +383,11 @@ impl Report for Replayed<'_> {
             tally.missing
         );
         if recording.backward_steps > 0 {
-            text += &format!("{} backward steps of the clock\n", recording.backward_steps);
+            let steps = counted(recording.backward_steps, "backward step");
+            text += &format!("{steps} of the clock\n");
         }
         if recording.skipped.total() > 0 {
-            text += &format!("{} lines skipped:", recording.skipped.total());
+            text += &format!("{} skipped:", counted(recording.skipped.total(), "line"));
             for (reason, count) in recording.skipped.counts() {
                 text += &format!(" {count} x {reason};");
             }

@@ -1,41 +1,46 @@
 //! `certainty ring`: which sonar of a ring is faulty (\[003\]).
 
-use super::table::{row, table};
-use super::{Failure, output};
-use crate::options::Jobs;
-use crate::table::percent;
+use super::options::{CommonOptions, Jobs, named, world};
+use super::output::{self, Failure, Report};
+use super::table::{counted, list, percent, row, table};
 use certainty_core::units::{BinaryAngle, Millimeters, Point, Pose};
 use certainty_repro::ring_study::{
     Extraction, ExtractionRow, FaultSweep, KindRow, PoseResult, SweepResult,
 };
 use certainty_ring::{ElementKind, Joint, Ring, RingConfig, RingRules};
-use certainty_sim::export::{OutDir, display_path};
+use certainty_sim::export::display_path;
 use certainty_sim::quantity::{self, Excerpt};
 use certainty_sim::ring::{
     DirectAssessment, FrozenRun, Observation, RingDefect, RingDiagnosis, RingFault, RingRecording,
     RingSimulation, SONARS, SensorSummary, Vectors, draw,
 };
 use certainty_sim::world::World;
-use clap::{Args, ValueEnum};
+use clap::{ArgGroup, Args};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// The arguments.
+/// The options of `certainty ring`.
 #[derive(Debug, Args)]
+#[command(
+    group(ArgGroup::new("many poses").args(["sweep", "extraction"])),
+    mut_arg("jobs", |jobs| jobs.requires("many poses")),
+    mut_arg("seed", |seed| seed.help("Seed of poses, faulty sonars and noise")),
+    mut_arg("out", |out| out.help("Folder for the pictures"))
+)]
 pub(super) struct Arguments {
-    /// The obstacles: a TOML file; without it, the built-in office
+    /// TOML file of the obstacles; without it, the built-in office
     #[arg(long, value_name = "FILE", conflicts_with = "recording")]
     world: Option<PathBuf>,
     /// The robot's position and heading, such as 2.5m,1.8m,30deg [default: the office's centre]
     #[arg(long, value_name = "X,Y,HEADING", value_parser = pose, allow_hyphen_values = true,
           conflicts_with_all = ["recording", "sweep", "extraction"])]
     pose: Option<Pose>,
-    /// A fault: a sonar's number from 1, or a kind and a sonar, such as crosstalk:4 or stuck:7=350mm; repeatable.
+    /// Fault: a sonar's number from 1, or a kind and a sonar, such as crosstalk:4 or stuck:7=350mm; repeatable.
     /// With --sweep, the kind of the first one counts
     #[arg(
         long = "fault",
         value_name = "[KIND:]SENSOR[=VALUE]",
-        conflicts_with = "recording"
+        conflicts_with_all = ["recording", "extraction"]
     )]
     faults: Vec<RingFault>,
     /// Check at many poses, with and without every kind of fault
@@ -44,52 +49,44 @@ pub(super) struct Arguments {
     /// Compare the polygons at many poses with the world
     #[arg(long, conflicts_with = "recording")]
     extraction: bool,
-    /// How many confirmations a sonar needs: one, as in [003], or three
+    /// Confirmations that a sonar needs: one, as in [003] (paper), or three (wary)
     #[arg(
         long,
-        value_enum,
-        default_value_t,
+        value_name = "RULES",
+        default_value = "paper",
+        value_parser = named(Rules::ALL, Rules::name),
         conflicts_with_all = ["recording", "extraction"]
     )]
     rules: Rules,
-    /// How many poses
-    #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    /// Number of poses of --sweep or --extraction
+    #[arg(long, value_name = "N", default_value_t = 100, requires = "many poses",
+          value_parser = clap::value_parser!(u32).range(1..=100_000))]
     poses: u32,
-    /// A recording of a real ring: 24 distances in metres per line
+    /// Recording of a real ring: 24 distances in metres per line
     #[arg(long, value_name = "FILE")]
     recording: Option<PathBuf>,
     /// The recorded sonars' range
-    #[arg(long, value_name = "LENGTH", default_value = "5m", value_parser = quantity::length)]
+    #[arg(long, value_name = "LENGTH", default_value = "5m", value_parser = quantity::length,
+          requires = "recording")]
     range: Millimeters,
-    /// The seed: the same seed gives the same result
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 1,
-        allow_hyphen_values = true
-    )]
-    seed: u64,
     #[command(flatten)]
     jobs: Jobs,
-    /// Folder for the pictures
-    #[arg(long, value_name = "DIR", default_value = "out")]
-    out: PathBuf,
-    /// Print one JSON document instead
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    common: CommonOptions,
 }
 
 /// The rules that can be chosen on the command line.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Rules {
-    /// One confirmation is enough
-    #[default]
+    /// One confirmation is enough.
     Paper,
-    /// Three confirmations are needed
+    /// Three confirmations are needed.
     Wary,
 }
 
 impl Rules {
+    const ALL: [Self; 2] = [Self::Paper, Self::Wary];
+
     const fn name(self) -> &'static str {
         match self {
             Self::Paper => "paper",
@@ -106,11 +103,45 @@ impl Rules {
 }
 
 impl Arguments {
-    /// The ring in a world, checked by these rules.
+    /// Returns the ring in a world, checked by these rules.
     fn simulation<'a>(&self, world: &'a World) -> RingSimulation<'a> {
         let mut simulation = RingSimulation::new(world);
         simulation.rules = self.rules.rules();
         simulation
+    }
+
+    /// Returns the robot's pose in `world`: in its bounds, and where no obstacle is.
+    fn robot(&self, world: &World) -> Result<Pose, Failure> {
+        let robot = match self.pose {
+            Some(pose) => pose,
+            None if self.world.is_none() => CENTRE,
+            None => {
+                let line =
+                    "--pose: missing with --world: expected a pose, such as --pose 2.5m,1.8m,30deg";
+                return Err(Failure::Input(line.into()));
+            }
+        };
+        let (x, y) = (robot.at.x_mm(), robot.at.y_mm());
+        if world.occupied(robot.at) {
+            let line = format!("--pose: an obstacle covers {x}mm,{y}mm: expected a free position");
+            return Err(Failure::Input(line));
+        }
+        let Some(bounds) = world.bounds() else {
+            return Ok(robot);
+        };
+        let (low, high) = (bounds.lower_left, bounds.upper_right);
+        let inside =
+            (low.x_mm()..=high.x_mm()).contains(&x) && (low.y_mm()..=high.y_mm()).contains(&y);
+        if !inside {
+            return Err(Failure::Input(format!(
+                "--pose: {x}mm,{y}mm is outside the room: expected a position from {}mm,{}mm to {}mm,{}mm",
+                low.x_mm(),
+                low.y_mm(),
+                high.x_mm(),
+                high.y_mm()
+            )));
+        }
+        Ok(robot)
     }
 }
 
@@ -134,16 +165,13 @@ fn pose(text: &str) -> Result<Pose, String> {
     }
 }
 
-/// Runs the command.
+/// Checks, sweeps, compares or assesses, and reports.
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    output::check_listable(arguments.json, &arguments.out)?;
+    arguments.common.output.check()?;
     if let Some(recording) = &arguments.recording {
         return recorded(arguments, recording);
     }
-    let world = match &arguments.world {
-        Some(file) => World::load(file).map_err(|error| Failure::input(&error))?,
-        None => World::office(),
-    };
+    let world = world(arguments.world.as_deref(), World::office)?;
     if arguments.sweep {
         sweep(arguments, &world)
     } else if arguments.extraction {
@@ -151,20 +179,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     } else {
         check(arguments, &world)
     }
-}
-
-/// The sonars' numbers, for a table's first column.
-fn numbers() -> impl Iterator<Item = String> {
-    (1..=SONARS).map(|number| number.to_string())
-}
-
-/// Numbers as a list, or `none`.
-fn listed(numbers: &[u8]) -> String {
-    if numbers.is_empty() {
-        return "none".into();
-    }
-    let texts: Vec<String> = numbers.iter().map(ToString::to_string).collect();
-    texts.join(", ")
 }
 
 /// The default pose in the office.
@@ -175,9 +189,9 @@ const CENTRE: Pose = Pose::new(
 
 /// The report of one check as JSON; its fields are a contract.
 #[derive(Debug, Serialize)]
-struct CheckReport {
+struct CheckDocument<'a> {
     seed: u64,
-    world: String,
+    world: &'a str,
     pose: PoseReport,
     faults: Vec<String>,
     rules: &'static str,
@@ -219,145 +233,122 @@ impl PolygonReport {
     }
 }
 
+/// The check at one pose, and its pictures.
+struct Check<'a> {
+    arguments: &'a Arguments,
+    world: &'a World,
+    robot: Pose,
+    observation: Observation,
+    diagnosis: RingDiagnosis,
+    files: Vec<PathBuf>,
+}
+
 /// Checks the ring at one pose.
 fn check(arguments: &Arguments, world: &World) -> Result<(), Failure> {
-    let robot = match arguments.pose {
-        Some(pose) => pose,
-        None if arguments.world.is_none() => CENTRE,
-        None => {
-            let line =
-                "--pose: missing with --world: expected a pose, such as --pose 2.5m,1.8m,30deg";
-            return Err(Failure::Input(line.into()));
-        }
-    };
-    if world.occupied(robot.at) {
-        let (x, y) = (robot.at.x_mm(), robot.at.y_mm());
-        let line = format!("--pose: an obstacle covers {x}mm,{y}mm: expected a free position");
-        return Err(Failure::Input(line));
-    }
+    let robot = arguments.robot(world)?;
     let simulation = arguments.simulation(world);
-    let observation = simulation.observe(robot, &arguments.faults, arguments.seed, 0);
+    let observation = simulation.observe(robot, &arguments.faults, arguments.common.seed, 0);
     let observation = observation.map_err(|error| {
-        Failure::Input(format!("{}: {error}; use fewer obstacles", world.name()))
+        let name = Excerpt::new(world.name());
+        Failure::Input(format!("{name}: {error}; use fewer obstacles"))
     })?;
     let diagnosis = simulation.assess(&observation);
-    let out = OutDir::create(&arguments.out).map_err(|error| Failure::input(&error))?;
+    let out = arguments.common.output.create()?;
     let files = draw(&simulation, &observation, &diagnosis, &out);
-    let files = files.map_err(|error| Failure::input(&error))?;
-    if arguments.json {
-        output::print_json(&check_report(
-            arguments,
-            world,
-            robot,
-            &observation,
-            &diagnosis,
-            &files,
-        ))
-    } else {
-        output::print(&render_check(
-            arguments,
-            world,
-            robot,
-            &observation,
-            &diagnosis,
-        ))
+    arguments.common.output.print(&Check {
+        arguments,
+        world,
+        robot,
+        observation,
+        diagnosis,
+        files: files.map_err(|error| Failure::input(&error))?,
+    })
+}
+
+impl Check<'_> {
+    /// The sonars that are declared faulty.
+    fn faulty(&self) -> Vec<u8> {
+        let faulty = self.diagnosis.assessment.faulty();
+        faulty.map(|id| id.number()).collect()
     }
 }
 
-fn faulty(diagnosis: &RingDiagnosis) -> Vec<u8> {
-    diagnosis
-        .assessment
-        .faulty()
-        .map(|id| id.number())
-        .collect()
-}
-
-fn check_report(
-    arguments: &Arguments,
-    world: &World,
-    robot: Pose,
-    observation: &Observation,
-    diagnosis: &RingDiagnosis,
-    files: &[PathBuf],
-) -> CheckReport {
-    let verdicts = diagnosis.assessment.verdicts().iter();
-    CheckReport {
-        seed: arguments.seed,
-        world: world.name().to_owned(),
-        pose: PoseReport {
-            x_mm: robot.at.x_mm(),
-            y_mm: robot.at.y_mm(),
-            heading_deg: f64::from(robot.heading.to_bits()) * 360.0 / 65536.0,
-        },
-        faults: arguments.faults.iter().map(ToString::to_string).collect(),
-        rules: arguments.rules.name(),
-        faulty: faulty(diagnosis),
-        vectors: Vectors::of(&diagnosis.assessment),
-        verdicts: verdicts.map(ToString::to_string).collect(),
-        polygon: PolygonReport::of(observation),
-        files: output::listed(files),
+impl Report for Check<'_> {
+    fn document(&self) -> impl Serialize {
+        let arguments = self.arguments;
+        let assessment = &self.diagnosis.assessment;
+        CheckDocument {
+            seed: arguments.common.seed,
+            world: self.world.name(),
+            pose: PoseReport {
+                x_mm: self.robot.at.x_mm(),
+                y_mm: self.robot.at.y_mm(),
+                heading_deg: quantity::degrees(self.robot.heading),
+            },
+            faults: arguments.faults.iter().map(ToString::to_string).collect(),
+            rules: arguments.rules.name(),
+            faulty: self.faulty(),
+            vectors: Vectors::of(assessment),
+            verdicts: assessment
+                .verdicts()
+                .iter()
+                .map(ToString::to_string)
+                .collect(),
+            polygon: PolygonReport::of(&self.observation),
+            files: output::listed(&self.files),
+        }
     }
-}
 
-fn render_check(
-    arguments: &Arguments,
-    world: &World,
-    robot: Pose,
-    observation: &Observation,
-    diagnosis: &RingDiagnosis,
-) -> String {
-    let faults: Vec<String> = arguments.faults.iter().map(ToString::to_string).collect();
-    let faults = if faults.is_empty() {
-        "none".to_owned()
-    } else {
-        faults.join(", ")
-    };
-    let polygon = PolygonReport::of(observation);
-    let mut text = format!(
-        "world: {}   robot: {}mm, {}mm, {:.1}deg   seed: {}   rules: {}\nfault: {faults}\n\
-         polygon of {} beams: {} walls, {} pseudo line segments, {} corners, {} edges\n\n",
-        Excerpt::new(world.name()),
-        robot.at.x_mm(),
-        robot.at.y_mm(),
-        f64::from(robot.heading.to_bits()) * 360.0 / 65536.0,
-        arguments.seed,
-        arguments.rules.name(),
-        polygon.beams,
-        polygon.walls,
-        polygon.pseudo,
-        polygon.corners,
-        polygon.edges,
-    );
-    let vectors = Vectors::of(&diagnosis.assessment);
-    let mut rows = vec![row([
-        "sonar",
-        "simulation",
-        "intersection",
-        "overall",
-        "verdict",
-    ])];
-    let verdicts = diagnosis.assessment.verdicts();
-    for (slot, number) in numbers().enumerate() {
-        rows.push(vec![
-            number,
-            vectors.simulation_based[slot].to_string(),
-            vectors.intersection_based[slot].to_string(),
-            vectors.overall[slot].to_string(),
-            verdicts[slot].to_string(),
-        ]);
+    fn render(&self) -> String {
+        let arguments = self.arguments;
+        let polygon = PolygonReport::of(&self.observation);
+        let mut text = format!(
+            "world: {}   robot: {}mm, {}mm, {:.1}deg   seed: {}   rules: {}\nfault: {}\n\
+             polygon of {} beams: {} walls, {} pseudo line segments, {} corners, {} edges\n\n",
+            Excerpt::new(self.world.name()),
+            self.robot.at.x_mm(),
+            self.robot.at.y_mm(),
+            quantity::degrees(self.robot.heading),
+            arguments.common.seed,
+            arguments.rules.name(),
+            list(&arguments.faults, ", "),
+            polygon.beams,
+            polygon.walls,
+            polygon.pseudo,
+            polygon.corners,
+            polygon.edges,
+        );
+        let vectors = Vectors::of(&self.diagnosis.assessment);
+        let mut rows = vec![row([
+            "sonar",
+            "simulation",
+            "intersection",
+            "overall",
+            "verdict",
+        ])];
+        let verdicts = self.diagnosis.assessment.verdicts();
+        rows.extend((0..SONARS).map(|slot| {
+            vec![
+                (slot + 1).to_string(),
+                vectors.simulation_based[slot].to_string(),
+                vectors.intersection_based[slot].to_string(),
+                vectors.overall[slot].to_string(),
+                verdicts[slot].to_string(),
+            ]
+        }));
+        text += &table(&rows);
+        text += &format!(
+            "\nfaulty: {}\npictures: {}/ring-*.png, .svg\n",
+            list(self.faulty(), ", "),
+            display_path(&arguments.common.output.out)
+        );
+        text
     }
-    text += &table(&rows);
-    text += &format!(
-        "\nfaulty: {}\npictures: {}/ring-*.png, .svg\n",
-        listed(&faulty(diagnosis)),
-        display_path(&arguments.out)
-    );
-    text
 }
 
 /// The report of a sweep as JSON; its fields are a contract.
 #[derive(Debug, Serialize)]
-struct SweepReport<'a> {
+struct SweepDocument<'a> {
     seed: u64,
     world: &'a str,
     fault: &'static str,
@@ -370,6 +361,14 @@ struct SweepReport<'a> {
     kinds: &'a [KindRow],
 }
 
+/// A sweep of every kind of fault.
+struct Sweep<'a> {
+    arguments: &'a Arguments,
+    world: &'a World,
+    defect: RingDefect,
+    result: SweepResult,
+}
+
 /// Checks the ring at many poses with every kind of fault.
 fn sweep(arguments: &Arguments, world: &World) -> Result<(), Failure> {
     let simulation = arguments.simulation(world);
@@ -379,76 +378,94 @@ fn sweep(arguments: &Arguments, world: &World) -> Result<(), Failure> {
         simulation: &simulation,
         defect: first.map_or(falsified, |fault| fault.defect),
         poses: arguments.poses,
-        seed: arguments.seed,
+        seed: arguments.common.seed,
     };
     let result = arguments.jobs.run(|| sweep.run())?;
-    let result = result.map_err(|error| Failure::input(&error))?;
-    let found = result.poses.iter().filter(|pose| pose.found).count() as u32;
-    let report = SweepReport {
-        seed: arguments.seed,
-        world: world.name(),
-        fault: sweep.defect.kind(),
-        rules: arguments.rules.name(),
-        poses: arguments.poses,
-        faulty_found: found,
-        missed_faults: arguments.poses - found,
-        false_alarms: result.false_alarms,
-        vectors: &result.poses,
-        kinds: &result.rows,
-    };
-    if arguments.json {
-        output::print_json(&report)
-    } else {
-        output::print(&render_sweep(&report, &result))
+    arguments.common.output.print(&Sweep {
+        arguments,
+        world,
+        defect: sweep.defect,
+        result: result.map_err(|error| Failure::input(&error))?,
+    })
+}
+
+impl Sweep<'_> {
+    /// The number of poses at which the faulty sonar was found.
+    fn found(&self) -> u32 {
+        self.result.poses.iter().filter(|pose| pose.found).count() as u32
     }
 }
 
-fn render_sweep(report: &SweepReport<'_>, result: &SweepResult) -> String {
-    let mut text = format!(
-        "world: {}   places: {}   seed: {}   rules: {}\n\
-         one sonar {}: {} found, {} missed; without a fault: {} false alarms\n\n",
-        report.world,
-        report.poses,
-        report.seed,
-        report.rules,
-        report.fault,
-        report.faulty_found,
-        report.missed_faults,
-        report.false_alarms
-    );
-    let mut rows = vec![row([
-        "fault",
-        "at once",
-        "faults",
-        "found",
-        "no effect",
-        "detected",
-        "of those with effect",
-        "false alarms",
-    ])];
-    for kind in &result.rows {
-        rows.push(vec![
-            kind.kind.to_owned(),
-            kind.faulty_sensors.to_string(),
-            kind.faults.to_string(),
-            kind.found.to_string(),
-            kind.without_effect.to_string(),
-            percent(kind.detection_rate),
-            percent(kind.detection_rate_with_effect),
-            kind.false_alarms.to_string(),
-        ]);
+impl Report for Sweep<'_> {
+    fn document(&self) -> impl Serialize {
+        SweepDocument {
+            seed: self.arguments.common.seed,
+            world: self.world.name(),
+            fault: self.defect.kind(),
+            rules: self.arguments.rules.name(),
+            poses: self.arguments.poses,
+            faulty_found: self.found(),
+            missed_faults: self.arguments.poses - self.found(),
+            false_alarms: self.result.false_alarms,
+            vectors: &self.result.poses,
+            kinds: &self.result.rows,
+        }
     }
-    text += &table(&rows);
-    text
+
+    fn render(&self) -> String {
+        let mut text = format!(
+            "world: {}   places: {}   seed: {}   rules: {}\n\
+             one sonar {}: {} found, {} missed; without a fault: {} false alarms\n\n",
+            Excerpt::new(self.world.name()),
+            self.arguments.poses,
+            self.arguments.common.seed,
+            self.arguments.rules.name(),
+            self.defect.kind(),
+            self.found(),
+            self.arguments.poses - self.found(),
+            self.result.false_alarms
+        );
+        let mut rows = vec![row([
+            "fault",
+            "at once",
+            "faults",
+            "found",
+            "no effect",
+            "detected",
+            "of those with effect",
+            "false alarms",
+        ])];
+        for kind in &self.result.rows {
+            rows.push(vec![
+                kind.kind.to_owned(),
+                kind.faulty_sensors.to_string(),
+                kind.faults.to_string(),
+                kind.found.to_string(),
+                kind.without_effect.to_string(),
+                percent(kind.detection_rate),
+                percent(kind.detection_rate_with_effect),
+                kind.false_alarms.to_string(),
+            ]);
+        }
+        text += &table(&rows);
+        text
+    }
 }
 
 /// The report of the polygons' quality as JSON; its fields are a contract.
 #[derive(Debug, Serialize)]
-struct ExtractionReport<'a> {
+struct ExtractionDocument<'a> {
     seed: u64,
     world: &'a str,
     poses: u32,
     rows: &'a [ExtractionRow],
+}
+
+/// The quality of the polygons at every noise and resolution.
+struct Extracted<'a> {
+    arguments: &'a Arguments,
+    world: &'a World,
+    rows: Vec<ExtractionRow>,
 }
 
 /// Compares polygons at many poses with the world.
@@ -457,46 +474,57 @@ fn extraction(arguments: &Arguments, world: &World) -> Result<(), Failure> {
     let extraction = Extraction {
         simulation: &simulation,
         poses: arguments.poses,
-        seed: arguments.seed,
+        seed: arguments.common.seed,
     };
-    let rows = extraction.run().map_err(|error| Failure::input(&error))?;
-    if arguments.json {
-        return output::print_json(&ExtractionReport {
-            seed: arguments.seed,
-            world: world.name(),
-            poses: arguments.poses,
-            rows: &rows,
-        });
+    let rows = arguments.jobs.run(|| extraction.run())?;
+    arguments.common.output.print(&Extracted {
+        arguments,
+        world,
+        rows: rows.map_err(|error| Failure::input(&error))?,
+    })
+}
+
+impl Report for Extracted<'_> {
+    fn document(&self) -> impl Serialize {
+        ExtractionDocument {
+            seed: self.arguments.common.seed,
+            world: self.world.name(),
+            poses: self.arguments.poses,
+            rows: &self.rows,
+        }
     }
-    let mut lines = vec![row([
-        "resolution",
-        "noise",
-        "segments",
-        "found",
-        "walls",
-        "corners",
-        "found",
-        "mean error",
-        "worst",
-        "refused",
-    ])];
-    for row in &rows {
-        lines.push(vec![
-            format!("{}mm", row.resolution_mm),
-            format!("{}mm", row.noise_mm),
-            row.segments.to_string(),
-            row.segments_found.to_string(),
-            row.walls.to_string(),
-            row.corners.to_string(),
-            row.corners_found.to_string(),
-            format!("{:.1}mm", row.mean_corner_error_mm),
-            format!("{:.1}mm", row.worst_corner_error_mm),
-            row.refused.to_string(),
-        ]);
+
+    fn render(&self) -> String {
+        let mut lines = vec![row([
+            "resolution",
+            "noise",
+            "segments",
+            "found",
+            "walls",
+            "corners",
+            "found",
+            "mean error",
+            "worst",
+            "refused",
+        ])];
+        for row in &self.rows {
+            lines.push(vec![
+                format!("{}mm", row.resolution_mm),
+                format!("{}mm", row.noise_mm),
+                row.segments.to_string(),
+                row.segments_found.to_string(),
+                row.walls.to_string(),
+                row.corners.to_string(),
+                row.corners_found.to_string(),
+                format!("{:.1}mm", row.mean_corner_error_mm),
+                format!("{:.1}mm", row.worst_corner_error_mm),
+                row.refused.to_string(),
+            ]);
+        }
+        let (poses, seed) = (self.arguments.poses, self.arguments.common.seed);
+        let name = Excerpt::new(self.world.name());
+        format!("world: {name}   places: {poses}   seed: {seed}\n\n") + &table(&lines)
     }
-    let (name, poses, seed) = (Excerpt::new(world.name()), arguments.poses, arguments.seed);
-    let heading = format!("world: {name}   places: {poses}   seed: {seed}\n\n");
-    output::print(&(heading + &table(&lines)))
 }
 
 /// The parts of the assessment that need lasers or cross echoes, which a recording does not have.
@@ -508,7 +536,7 @@ const NOT_ASSESSED: [&str; 3] = [
 
 /// The report of a recording as JSON; its fields are a contract.
 #[derive(Debug, Serialize)]
-struct RecordingReport<'a> {
+struct RecordingDocument<'a> {
     file: String,
     rows: usize,
     skipped: u64,
@@ -519,91 +547,110 @@ struct RecordingReport<'a> {
     not_assessed: [&'static str; 3],
 }
 
+/// An assessed recording.
+struct Recorded<'a> {
+    file: &'a Path,
+    range: Millimeters,
+    recording: RingRecording,
+    assessed: DirectAssessment,
+}
+
 /// Assesses a recording of a real ring.
 fn recorded(arguments: &Arguments, file: &Path) -> Result<(), Failure> {
+    let range = arguments.range;
     let config = RingConfig {
-        range: arguments.range,
+        range,
         ..RingConfig::DEFAULT
     };
     let ring = Ring::try_new(config);
     let ring = ring.map_err(|error| Failure::Input(format!("--range: {error}")))?;
-    let recording = RingRecording::load(file, arguments.range);
+    let recording = RingRecording::load(file, range);
     let recording = recording.map_err(|error| Failure::input(&error))?;
-    let assessed = DirectAssessment::of(&recording, &ring, &RingRules::DEFAULT);
-    let (direct, all) = assessed.overlaps;
-    let report = RecordingReport {
-        file: file.display().to_string(),
-        rows: recording.rows(),
-        skipped: recording.skipped(),
-        range_mm: arguments.range.get(),
-        overlaps_assessed: direct,
-        overlaps_in_all: all,
-        sensors: &assessed.sensors,
-        not_assessed: NOT_ASSESSED,
-    };
-    if arguments.json {
-        output::print_json(&report)
-    } else {
-        output::print(&render_recording(&report))
-    }
+    arguments.common.output.print(&Recorded {
+        assessed: DirectAssessment::of(&recording, &ring, &RingRules::DEFAULT),
+        file,
+        range,
+        recording,
+    })
 }
 
-fn render_recording(report: &RecordingReport<'_>) -> String {
-    let mut text = format!(
-        "{}: {} rows, {} lines skipped; {} of {} independent overlaps of a sonar\n\n",
-        report.file, report.rows, report.skipped, report.overlaps_assessed, report.overlaps_in_all
-    );
-    let share = |part: usize| percent(part as f64 / report.rows.max(1) as f64);
-    let mut rows = vec![row([
-        "sonar",
-        "echo",
-        "no object",
-        "missing",
-        "confirmed",
-        "arcs met",
-        "longest equal",
-        "stuck",
-        "blind",
-    ])];
-    for sensor in report.sensors {
-        let longest = sensor.longest_equal.map_or(0, |run| run.rows);
-        rows.push(vec![
-            sensor.sensor.to_string(),
-            share(sensor.echoes),
-            share(sensor.no_object),
-            share(sensor.missing),
-            share(sensor.confirmed),
-            format!("{:.1}", sensor.mean_intersections),
-            longest.to_string(),
-            sensor.stuck.len().to_string(),
-            sensor.blind.len().to_string(),
-        ]);
+impl Report for Recorded<'_> {
+    fn document(&self) -> impl Serialize {
+        let (direct, all) = self.assessed.overlaps;
+        RecordingDocument {
+            file: self.file.display().to_string(),
+            rows: self.recording.rows(),
+            skipped: self.recording.skipped(),
+            range_mm: self.range.get(),
+            overlaps_assessed: direct,
+            overlaps_in_all: all,
+            sensors: &self.assessed.sensors,
+            not_assessed: NOT_ASSESSED,
+        }
     }
-    text += &table(&rows);
-    text += &runs(report, "stuck while both neighbours moved", |sensor| {
-        &sensor.stuck
-    });
-    text += &runs(
-        report,
-        "blind while both neighbours had near echoes",
-        |sensor| &sensor.blind,
-    );
-    text += "\nnot assessed:\n";
-    for line in report.not_assessed {
-        text += &format!("  {line}\n");
+
+    fn render(&self) -> String {
+        let (direct, all) = self.assessed.overlaps;
+        let mut text = format!(
+            "{}: {}, {} skipped; {direct} of {all} independent overlaps of a sonar\n\n",
+            display_path(self.file),
+            counted(self.recording.rows() as u64, "row"),
+            counted(self.recording.skipped(), "line"),
+        );
+        let share = |part: usize| percent(part as f64 / self.recording.rows().max(1) as f64);
+        let mut rows = vec![row([
+            "sonar",
+            "echo",
+            "no object",
+            "missing",
+            "confirmed",
+            "arcs met",
+            "longest equal",
+            "stuck",
+            "blind",
+        ])];
+        for sensor in &self.assessed.sensors {
+            let longest = sensor.longest_equal.map_or(0, |run| run.rows);
+            rows.push(vec![
+                sensor.sensor.to_string(),
+                share(sensor.echoes),
+                share(sensor.no_object),
+                share(sensor.missing),
+                share(sensor.confirmed),
+                format!("{:.1}", sensor.mean_intersections),
+                longest.to_string(),
+                sensor.stuck.len().to_string(),
+                sensor.blind.len().to_string(),
+            ]);
+        }
+        text += &table(&rows);
+        let sensors = &self.assessed.sensors;
+        text += &runs(sensors, "stuck while both neighbours moved", |sensor| {
+            &sensor.stuck
+        });
+        text += &runs(
+            sensors,
+            "blind while both neighbours had near echoes",
+            |sensor| &sensor.blind,
+        );
+        text += "\nnot assessed:\n";
+        for line in NOT_ASSESSED {
+            text += &format!("  {line}\n");
+        }
+        text
     }
-    text
 }
 
 /// The longest runs of one kind, with their lines in the file.
 fn runs(
-    report: &RecordingReport<'_>,
+    sensors: &[SensorSummary],
     what: &str,
     of: fn(&SensorSummary) -> &Vec<FrozenRun>,
 ) -> String {
     const MOST: usize = 8;
-    let sensors = report.sensors.iter();
-    let runs = sensors.flat_map(|sensor| of(sensor).iter().map(|run| (sensor.sensor, *run)));
+    let runs = sensors
+        .iter()
+        .flat_map(|sensor| of(sensor).iter().map(|run| (sensor.sensor, *run)));
     let mut runs: Vec<_> = runs.collect();
     runs.sort_by_key(|&(sensor, run)| (core::cmp::Reverse(run.rows), sensor, run.from_line));
     let mut text = format!("\n{what}: {}\n", runs.len());

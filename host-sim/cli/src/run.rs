@@ -3,7 +3,7 @@
 use super::maps::{
     Mark, Panel, map_image, metres_of, outlines_of_map, outlines_of_world, side_by_side,
 };
-use super::options::{CommonOptions, OrNone, given, named};
+use super::options::{CommonOptions, OrNone, given, named, no_directory, world};
 use super::output::Failure;
 use super::output::{self, Report};
 use super::table::{percent, row, table};
@@ -22,6 +22,7 @@ use certainty_sim::backend::{
 use certainty_sim::bench::{Bench, BenchFault, BenchSetup, GroundTruth};
 use certainty_sim::export::{ExportError, OutDir, display_path, write_grey_png};
 use certainty_sim::plot::{Line, Spot, TrackChart};
+use certainty_sim::quantity;
 use certainty_sim::simulation::{Profile, Reference, Score};
 use certainty_sim::transducer::SensorSet;
 use certainty_sim::transducer::{Look, PerfectSensor};
@@ -90,34 +91,8 @@ struct SensorReport {
     contradictions: u32,
     readings: u32,
     missing: u32,
-    missing_because: MissingBecause,
+    missing_because: MissingCounts,
     reading: String,
-}
-
-/// Missing readings by reason.
-#[derive(Debug, Serialize)]
-struct MissingBecause {
-    timeout: u32,
-    bus: u32,
-    implausible: u32,
-    late: u32,
-}
-
-impl From<MissingCounts> for MissingBecause {
-    fn from(counts: MissingCounts) -> Self {
-        let MissingCounts {
-            timeout,
-            bus,
-            implausible,
-            late,
-        } = counts;
-        Self {
-            timeout,
-            bus,
-            implausible,
-            late,
-        }
-    }
 }
 
 /// Runs the application and reports.
@@ -127,10 +102,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         let line = "--image: the native backend runs no image: expected --on qemu or --on board";
         return Err(Failure::Input(line.into()));
     }
-    let world = match &arguments.world {
-        Some(file) => World::load(file).map_err(|error| Failure::input(&error))?,
-        None => World::built_in(),
-    };
+    let world = world(arguments.world.as_deref(), World::built_in)?;
     let radius = CHASSIS.radius_mm;
     let mut obstacles = world.obstacles().iter();
     if let Some(obstacle) = obstacles.find(|one| one.clearance(POSE.at) <= f64::from(radius)) {
@@ -162,6 +134,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     });
     let bench = bench.map_err(|error| Failure::Input(format!("--fault: {error}")))?;
     let image = arguments.image.as_deref();
+    image.map_or(Ok(()), |image| no_directory(image, "a firmware image"))?;
     let outcome = backend::run(arguments.on, image, bench, arguments.rounds);
     let (received, ran) = outcome.map_err(|error| failure(arguments, &error))?;
     let out = arguments.common.output.create()?;
@@ -376,12 +349,12 @@ fn sensors(received: &Received) -> Vec<SensorReport> {
                 "ultrasonic"
             },
             status: health.status.to_string(),
-            confidence: f64::from(health.confidence.to_bits()) / f64::from(u16::MAX),
+            confidence: quantity::share(health.confidence),
             confirmations: health.confirmations,
             contradictions: health.contradictions,
             readings: health.readings,
             missing: health.missing,
-            missing_because: missing.into(),
+            missing_because: missing,
             reading: reading.map_or_else(|| "none".into(), reading_text),
         })
     });
@@ -433,7 +406,7 @@ impl From<Pose> for Place {
         Self {
             x_mm: pose.at.x_mm(),
             y_mm: pose.at.y_mm(),
-            heading_deg: f64::from(pose.heading.to_bits()) * 360.0 / 65536.0,
+            heading_deg: quantity::degrees(pose.heading),
             to_goal_mm: pose.at.distance(GOAL).get(),
         }
     }

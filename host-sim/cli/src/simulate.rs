@@ -1,10 +1,10 @@
 //! `certainty simulate`: the Smart Car in a world, every method on the same readings.
 
 use super::maps::{Mark, Panel, map_image, overview, side_by_side};
-use super::options::{CommonOptions, OrNone, given, named};
+use super::options::{CommonOptions, OrNone, given, named, world};
 use super::output::Failure;
 use super::output::{self, Report};
-use super::table::{HealthReport, caveat, percent, row, table};
+use super::table::{HealthReport, caveat, list, percent, row, table};
 use certainty_core::certainty::Certainty;
 use certainty_firmware::smart_car::SWEEP;
 use certainty_sim::export::{OutDir, display_path, write_grey_png};
@@ -82,10 +82,7 @@ impl Arguments {
     }
 
     fn setup(&self) -> Result<Setup, Failure> {
-        let world = match &self.world {
-            Some(file) => World::load(file).map_err(|error| Failure::input(&error))?,
-            None => World::built_in(),
-        };
+        let world = world(self.world.as_deref(), World::built_in)?;
         let sweep = u32::from(SWEEP.directions()) * u32::from(self.sensors.count());
         let length = Length::Readings(self.readings.unwrap_or(SWEEPS * sweep));
         let sensors = self.sensors.clone();
@@ -228,12 +225,7 @@ impl Report for Simulation<'_> {
     fn render(&self) -> String {
         let Self { run, methods, .. } = self;
         let setup = &run.setup;
-        let faults: Vec<String> = setup.faults.iter().map(ToString::to_string).collect();
-        let faults = if faults.is_empty() {
-            "none".to_owned()
-        } else {
-            faults.join(", ")
-        };
+        let faults = list(&setup.faults, ", ");
         let mut text = format!(
             "world: {}   sensors: {}   readings: {}   seed: {}\nfault: {faults}\n\n",
             Excerpt::new(setup.world.name()),
@@ -312,11 +304,11 @@ fn sensors(run: &Run, methods: &[MethodResult]) -> Vec<SensorReport> {
     let report = known.map(|((id, health), member)| {
         let faults = run.setup.faults.iter();
         let faults = faults.filter(|spec| spec.sensor.resolve(&names) == Ok(*id));
-        let faults: Vec<String> = faults.map(ToString::to_string).collect();
+        let faults: Vec<_> = faults.collect();
         SensorReport {
             id: id.number(),
             model: member.letter,
-            fault: (!faults.is_empty()).then(|| faults.join(", ")),
+            fault: (!faults.is_empty()).then(|| list(faults, ", ")),
             health: HealthReport::from(health),
         }
     });

@@ -1,8 +1,9 @@
 //! Tables for terminals, and the sensors' health in them.
 
-use certainty_core::health::{Confidence, Health};
+use certainty_core::health::Health;
 use certainty_firmware::telemetry::SensorHealth;
 use certainty_sim::fusion::Method;
+use certainty_sim::quantity::share;
 use serde::Serialize;
 
 /// Renders rows with aligned columns: the first to the left, the others to the right, two spaces between.
@@ -37,6 +38,29 @@ pub(super) fn row<const N: usize>(cells: [&str; N]) -> Vec<String> {
 /// Returns a share as a percentage.
 pub(super) fn percent(share: f64) -> String {
     format!("{:.1} %", share * 100.0)
+}
+
+/// Returns a share as a percentage, or a dash without one.
+pub(super) fn percent_or_dash(share: Option<f64>) -> String {
+    share.map_or_else(|| "-".to_owned(), percent)
+}
+
+/// Returns the items with `separator` between two, or `none` without any.
+pub(super) fn list<T: ToString>(items: impl IntoIterator<Item = T>, separator: &str) -> String {
+    let items: Vec<String> = items.into_iter().map(|item| item.to_string()).collect();
+    if items.is_empty() {
+        "none".to_owned()
+    } else {
+        items.join(separator)
+    }
+}
+
+/// Returns a count with its noun in the singular or, with an `s`, in the plural.
+pub(super) fn counted(count: u64, noun: &str) -> String {
+    match count {
+        1 => format!("1 {noun}"),
+        count => format!("{count} {noun}s"),
+    }
 }
 
 /// A sensor's health, as JSON documents and tables have it.
@@ -74,11 +98,6 @@ impl From<&SensorHealth> for HealthReport {
     }
 }
 
-/// Returns a confidence as a share of the full one, from 0 to 1.
-fn share(confidence: Confidence) -> f64 {
-    f64::from(confidence.to_bits()) / f64::from(u16::MAX)
-}
-
 impl HealthReport {
     /// The headings of [`Self::cells`].
     pub(super) const COLUMNS: [&str; 5] = [
@@ -113,6 +132,14 @@ pub(super) fn caveat(methods: impl IntoIterator<Item = Method>) -> &'static str 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn one_is_singular_and_an_empty_list_is_none() {
+        assert_eq!(counted(1, "line"), "1 line");
+        assert_eq!([0, 2].map(|n| counted(n, "line")), ["0 lines", "2 lines"]);
+        assert_eq!(list([4, 7], ", "), "4, 7");
+        assert_eq!(list([""; 0], ", "), "none");
+    }
 
     #[test]
     fn columns_are_aligned() {

@@ -4,8 +4,7 @@ use crate::statistics::Spread;
 use certainty_sim::fault::{FaultSpec, SpecError};
 use certainty_sim::robot::course::Course;
 use certainty_sim::robot::drive::{Drive, Event, EventKind};
-use certainty_sim::robot::pilot::PilotConfig;
-use certainty_sim::robot::pilot::{HealthMode, MapSource};
+use certainty_sim::robot::pilot::{HealthMode, MapSource, PilotConfig};
 use certainty_sim::robot::sensors::NAMES;
 use certainty_sim::world::LayoutError;
 use rayon::prelude::{IntoParallelRefIterator, ParallelIterator};
@@ -17,17 +16,15 @@ const FROM: &str = "@2s";
 /// Kinds of faults that the robot receives no report of.
 pub const KINDS: [&str; 4] = ["stuck-far", "stuck-near", "near-noisy", "random"];
 
-/// Returns the faults of `kind` of `sensor`, as the command line writes them.
-fn faults_of(kind: &str, sensor: &str) -> Vec<String> {
-    let fault = |kind: &str| format!("{kind}{FROM}");
-    match kind {
+/// Returns the faults of `kind` of `sensor`.
+fn faults_of(kind: &str, sensor: &str) -> Result<Vec<FaultSpec>, SpecError> {
+    let written = match kind {
         // A stuck sensor repeats one distance to the millimetre; with noise it does not.
-        "near-noisy" => vec![
-            fault(&format!("stuck-near:{sensor}")),
-            fault(&format!("noise:{sensor}=1%")),
-        ],
-        _ => vec![fault(&format!("{kind}:{sensor}"))],
-    }
+        "near-noisy" => vec![format!("stuck-near:{sensor}"), format!("noise:{sensor}=1%")],
+        _ => vec![format!("{kind}:{sensor}")],
+    };
+    let faults = written.into_iter();
+    faults.map(|fault| (fault + FROM).parse()).collect()
 }
 
 /// The parameters of a study.
@@ -44,7 +41,7 @@ pub struct Study {
 }
 
 /// Which sensors fail in which way, and where the robot's failure estimates come from.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Case {
     /// The case's name: a simulation's number, or the kind of fault.
     pub name: &'static str,
@@ -56,7 +53,7 @@ pub struct Case {
     pub health: HealthMode,
     /// Whether full speed is allowed at any coverage.
     pub bold: bool,
-    faults: Vec<String>,
+    faults: Vec<FaultSpec>,
 }
 
 /// One case in one world.
@@ -136,7 +133,7 @@ pub enum StudyError {
     /// The layout has no world.
     #[error(transparent)]
     Layout(#[from] LayoutError),
-    /// A fault cannot be parsed, or names no sensor.
+    /// A fault names no sensor.
     #[error(transparent)]
     Fault(#[from] SpecError),
 }
@@ -144,9 +141,12 @@ pub enum StudyError {
 impl Study {
     /// Returns \[004\]'s simulations: no failure, FL, the scanner; each with this robot's speed limit and
     /// with full speed at any coverage as in \[004\].
-    #[must_use]
-    pub fn simulations() -> Vec<Case> {
-        let silent = |sensor: &str| vec![format!("dropout:{sensor}=100%")];
+    ///
+    /// # Errors
+    ///
+    /// [`SpecError`] if a fault cannot be parsed, which a test excludes.
+    pub fn simulations() -> Result<Vec<Case>, SpecError> {
+        let silent = |sensor: &str| Ok(vec![format!("dropout:{sensor}=100%").parse()?]);
         let mut cases = Vec::new();
         for bold in [false, true] {
             for (name, sensor) in [
@@ -163,17 +163,20 @@ impl Study {
                     faults: if sensor.is_empty() {
                         Vec::new()
                     } else {
-                        silent(sensor)
+                        silent(sensor)?
                     },
                 });
             }
         }
-        cases
+        Ok(cases)
     }
 
     /// Returns every single failure and every pair of each kind, by every [`HealthMode`].
-    #[must_use]
-    pub fn failures() -> Vec<Case> {
+    ///
+    /// # Errors
+    ///
+    /// [`SpecError`] if a fault cannot be parsed, which a test excludes.
+    pub fn failures() -> Result<Vec<Case>, SpecError> {
         let mut sets: Vec<Vec<&str>> = NAMES.iter().map(|&name| vec![name]).collect();
         for (slot, first) in NAMES.iter().enumerate() {
             sets.extend(NAMES[slot + 1..].iter().map(|second| vec![*first, second]));
@@ -181,8 +184,10 @@ impl Study {
         let mut cases = Vec::new();
         for name in KINDS {
             for sensors in &sets {
-                let faults = sensors.iter().flat_map(|sensor| faults_of(name, sensor));
-                let faults: Vec<String> = faults.collect();
+                let mut faults = Vec::new();
+                for sensor in sensors {
+                    faults.extend(faults_of(name, sensor)?);
+                }
                 cases.extend(HealthMode::ALL.map(|health| Case {
                     name,
                     sensors: sensors.join("+"),
@@ -193,7 +198,7 @@ impl Study {
                 }));
             }
         }
-        cases
+        Ok(cases)
     }
 
     /// Drives `case` in every world, in parallel on rayon's threads.
@@ -213,11 +218,9 @@ impl Study {
     }
 
     fn trial(&self, case: &Case, seed: u64) -> Result<Trial, StudyError> {
-        let faults: Result<Vec<FaultSpec>, SpecError> =
-            case.faults.iter().map(|fault| fault.parse()).collect();
         let drive = Drive {
             course: Course::random(seed)?,
-            faults: faults?,
+            faults: case.faults.clone(),
             health: case.health,
             map: self.map,
             pilot: PilotConfig {
@@ -312,14 +315,13 @@ mod tests {
 
     #[test]
     fn failures_are_all_singles_and_pairs_by_kind_and_mode() {
-        let cases = Study::failures();
+        let cases = Study::failures().unwrap();
         assert_eq!(cases.len(), (7 + 21) * KINDS.len() * 3);
         let pairs = cases.iter().filter(|case| case.failing == 2).count();
         assert_eq!(pairs, 21 * KINDS.len() * 3);
         for case in &cases {
-            for fault in &case.faults {
-                assert!(fault.parse::<FaultSpec>().is_ok(), "{fault}");
-            }
+            let faults = if case.name == "near-noisy" { 2 } else { 1 };
+            assert_eq!(case.faults.len(), faults * case.failing);
         }
     }
 
@@ -331,7 +333,7 @@ mod tests {
             map: MapSource::Beams,
             pilot: PilotConfig::default(),
         };
-        let case = &Study::simulations()[0];
+        let case = &Study::simulations().unwrap()[0];
         let on = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
             pool.unwrap().install(|| study.drive(case).unwrap())

@@ -20,4 +20,4 @@ mod statistics;
 pub mod table2;
 
 pub use oracle::Oracle;
-pub use statistics::{Estimate, Spread, Waits, standard_deviation};
+pub use statistics::{Spread, Waits, mean, standard_deviation};

@@ -7,10 +7,11 @@
 //! So the fault and the time after it both last longer than a sweep by either count, and both cover the
 //! whole scene.
 
-use crate::statistics::Spread;
+use crate::statistics::{Spread, Waits, mean};
 use certainty_core::health::Confidence;
 use certainty_sim::fault::{FaultSpec, SpecError};
 use certainty_sim::fusion::{FusionRules, Method};
+use certainty_sim::quantity::share;
 use certainty_sim::simulation::{
     HeadPlacement, Length, SensorLayout, Setup, SetupError, SweepOverlap,
 };
@@ -206,8 +207,8 @@ impl ConfidenceTrace {
         points.position(|at| {
             let (sum, others) = self
                 .others(at)
-                .fold((0, 0), |(s, n), bits| (s + bits, n + 1));
-            sum <= others * (self.of_sensor_1(at) + u32::from(MARGIN.to_bits()))
+                .fold((0, 0), |(s, n), other| (s + bits(other), n + 1));
+            sum <= others * (bits(self.of_sensor_1(at)) + bits(MARGIN))
         })
     }
 
@@ -218,16 +219,16 @@ impl ConfidenceTrace {
     #[must_use]
     pub fn below_others(&self) -> Option<f64> {
         let at = self.end_of_fault()?;
-        let others: Vec<f64> = self.others(at).map(of_full).collect();
-        Some(Spread::of(&others).mean - of_full(self.of_sensor_1(at)))
+        let others: Vec<f64> = self.others(at).map(share).collect();
+        Some(mean(&others)? - share(self.of_sensor_1(at)))
     }
 
     /// Returns whether sensor 1 was more than [`MARGIN`] below *every* other when the fault ended.
     #[must_use]
     pub fn clearly_below(&self) -> bool {
         let below = |at: usize| {
-            let limit = self.of_sensor_1(at) + u32::from(MARGIN.to_bits());
-            self.others(at).all(|other| other > limit)
+            let limit = bits(self.of_sensor_1(at)) + bits(MARGIN);
+            self.others(at).all(|other| bits(other) > limit)
         };
         self.end_of_fault().is_some_and(below)
     }
@@ -237,7 +238,7 @@ impl ConfidenceTrace {
     pub fn lowest_in_fault(&self) -> f64 {
         let during = 0..self.faulty.min(self.length());
         let lowest = during.map(|at| self.of_sensor_1(at)).min();
-        lowest.map_or(1.0, of_full)
+        lowest.map_or(1.0, share)
     }
 
     /// Points of the trace.
@@ -251,25 +252,18 @@ impl ConfidenceTrace {
         (last < self.length()).then_some(last)
     }
 
-    fn of_sensor_1(&self, at: usize) -> u32 {
-        self.confidences[0][at].to_bits().into()
+    fn of_sensor_1(&self, at: usize) -> Confidence {
+        self.confidences[0][at]
     }
 
-    fn others(&self, at: usize) -> impl Iterator<Item = u32> {
-        let others = self.confidences[1..].iter();
-        others.map(move |own| own[at].to_bits().into())
+    fn others(&self, at: usize) -> impl Iterator<Item = Confidence> {
+        self.confidences[1..].iter().map(move |own| own[at])
     }
 }
 
-/// Steps of a confidence as a share of the full one.
-fn of_full(bits: u32) -> f64 {
-    f64::from(bits) / f64::from(Confidence::FULL.to_bits())
-}
-
-/// Returns a confidence as a share of the full one.
-#[must_use]
-pub fn share(confidence: Confidence) -> f64 {
-    of_full(confidence.to_bits().into())
+/// A confidence in steps, for exact sums.
+fn bits(confidence: Confidence) -> u32 {
+    confidence.to_bits().into()
 }
 
 /// Statistics over many runs; its fields are a contract.
@@ -283,11 +277,11 @@ pub struct OverSeeds {
     /// Number of runs in which sensor 1 recovered before the end.
     pub recovered: usize,
     /// The median of [`ConfidenceTrace::recovered_after`].
-    pub median: Option<usize>,
+    pub median: Option<u64>,
     /// Its 10th percentile.
-    pub p10: Option<usize>,
+    pub p10: Option<u64>,
     /// Its 90th percentile.
-    pub p90: Option<usize>,
+    pub p90: Option<u64>,
     /// [`ConfidenceTrace::lowest_in_fault`].
     pub lowest_confidence: Spread,
     /// [`ConfidenceTrace::below_others`].
@@ -301,37 +295,31 @@ pub struct OverSeeds {
     pub clearly_below_without_fault: f64,
     /// The median of the runs with [`ConfidenceTrace::clearly_below`] alone: a sensor that never fell
     /// recovers at once, which measures nothing. `None` also if there are no such runs.
-    pub median_of_clearly_below: Option<usize>,
+    pub median_of_clearly_below: Option<u64>,
 }
 
 impl OverSeeds {
     /// Computes the statistics of `traces` and of their `controls` without the fault.
     #[must_use]
     pub fn of(traces: &[ConfidenceTrace], controls: &[ConfidenceTrace]) -> Self {
-        let all: Vec<_> = traces
-            .iter()
-            .map(ConfidenceTrace::recovered_after)
-            .collect();
+        let wait = |trace: &ConfidenceTrace| trace.recovered_after().map(|after| after as u64);
+        let all: Waits = traces.iter().map(wait).collect();
         let fell = |trace: &&ConfidenceTrace| trace.clearly_below();
-        let share = |count: usize, of: usize| count as f64 / of.max(1) as f64;
-        let fallen = traces.iter().filter(fell);
-        let of_fallen: Vec<_> = fallen.map(ConfidenceTrace::recovered_after).collect();
+        let part = |count: usize, of: usize| count as f64 / of.max(1) as f64;
+        let of_fallen: Waits = traces.iter().filter(fell).map(wait).collect();
         let lowest = traces.iter().map(ConfidenceTrace::lowest_in_fault);
         let below = traces.iter().filter_map(ConfidenceTrace::below_others);
         Self {
             seeds: traces.len(),
             recovered: all.iter().flatten().count(),
-            median: percentile(&all, 50),
-            p10: percentile(&all, 10),
-            p90: percentile(&all, 90),
+            median: all.median(),
+            p10: all.percentile(10),
+            p90: all.percentile(90),
             lowest_confidence: Spread::of(&lowest.collect::<Vec<_>>()),
             below_others: Spread::of(&below.collect::<Vec<_>>()),
-            clearly_below: share(of_fallen.len(), traces.len()),
-            clearly_below_without_fault: share(
-                controls.iter().filter(fell).count(),
-                controls.len(),
-            ),
-            median_of_clearly_below: percentile(&of_fallen, 50),
+            clearly_below: part(of_fallen.iter().count(), traces.len()),
+            clearly_below_without_fault: part(controls.iter().filter(fell).count(), controls.len()),
+            median_of_clearly_below: of_fallen.median(),
         }
     }
 }
@@ -365,14 +353,6 @@ impl ConfidenceBand {
         }
         band
     }
-}
-
-/// The nearest-rank percentile of values; `None` is infinite.
-fn percentile(values: &[Option<usize>], percent: usize) -> Option<usize> {
-    let mut sorted = values.to_vec();
-    sorted.sort_by_key(|value| value.unwrap_or(usize::MAX));
-    let rank = (values.len() * percent).div_ceil(100).max(1);
-    sorted.get(rank - 1).copied().flatten()
 }
 
 #[cfg(test)]
@@ -455,16 +435,6 @@ mod tests {
     fn clearly_below_means_below_both_others() {
         assert!(!trace(&[50, 50, 50, 50], [100, 52]).clearly_below());
         assert!(trace(&[50, 50, 50, 50], [100, 56]).clearly_below());
-    }
-
-    #[test]
-    fn percentiles_are_nearest_rank_and_none_is_last() {
-        let values: Vec<_> = (1..=9).rev().map(Some).chain([None]).collect();
-        assert_eq!(percentile(&values, 10), Some(1));
-        assert_eq!(percentile(&values, 50), Some(5));
-        assert_eq!(percentile(&values, 90), Some(9));
-        assert_eq!(percentile(&values, 91), None);
-        assert_eq!(percentile(&[], 50), None);
     }
 
     #[test]

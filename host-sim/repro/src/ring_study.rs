@@ -6,6 +6,7 @@
 use certainty_core::sensor::SensorId;
 use certainty_core::units::{BinaryAngle, Direction, Millimeters, Point, Pose};
 use certainty_ring::{Distances, ElementKind, FinePoint, Folded, Polygon, TooManyElements};
+use certainty_sim::quantity;
 use certainty_sim::random::{Purpose, stream};
 use certainty_sim::ring::{
     ELEMENTS, Face, LaserPair, PointMm, RingDefect, RingFault, RingSimulation, SONARS,
@@ -211,7 +212,7 @@ impl FaultSweep<'_> {
             result: PoseResult {
                 x_mm: pose.at.x_mm(),
                 y_mm: pose.at.y_mm(),
-                heading_deg: f64::from(pose.heading.to_bits()) * 360.0 / 65536.0,
+                heading_deg: quantity::degrees(pose.heading),
                 sensor: sensors[0].number(),
                 found: diagnosis
                     .assessment
@@ -346,25 +347,27 @@ impl Extraction<'_> {
     /// Noise before rounding, in millimetres.
     pub const NOISES: [f64; 4] = [0.0, 5.0, 10.0, 20.0];
 
-    /// Measures every resolution at every noise.
+    /// Measures every resolution at every noise, on rayon's threads; the result does not depend on their
+    /// number.
     ///
     /// # Errors
     ///
     /// [`RingStudyError::NoRoom`] if the robot does not fit anywhere.
     pub fn run(&self) -> Result<Vec<ExtractionRow>, RingStudyError> {
         let poses = random_poses(self.simulation.world(), self.poses, self.seed)?;
-        let mut rows = Vec::new();
-        for resolution_mm in Self::RESOLUTIONS {
-            for noise_mm in Self::NOISES {
-                let model = ScannerModel {
-                    resolution: Millimeters::new(resolution_mm),
-                    noise_mm,
-                };
-                let lasers = LaserPair::new([model; 2]);
-                rows.push(self.row(&lasers, &poses, resolution_mm, noise_mm));
-            }
-        }
-        Ok(rows)
+        let resolutions = Self::RESOLUTIONS.into_iter();
+        let models: Vec<(u32, f64)> = resolutions
+            .flat_map(|resolution_mm| Self::NOISES.map(|noise_mm| (resolution_mm, noise_mm)))
+            .collect();
+        let rows = models.into_par_iter().map(|(resolution_mm, noise_mm)| {
+            let model = ScannerModel {
+                resolution: Millimeters::new(resolution_mm),
+                noise_mm,
+            };
+            let lasers = LaserPair::new([model; 2]);
+            self.row(&lasers, &poses, resolution_mm, noise_mm)
+        });
+        Ok(rows.collect())
     }
 
     fn row(

@@ -26,29 +26,31 @@ impl Spread {
 
 /// A mean with its confidence interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Estimate {
+pub(crate) struct Estimate {
     /// The mean of the samples.
-    pub mean: f64,
+    pub(crate) mean: f64,
     /// Half the width of the interval that holds the true mean with 95 %, by Student's t; `None` for
     /// a single sample, which has no spread.
-    pub half_width: Option<f64>,
+    pub(crate) half_width: Option<f64>,
 }
 
 impl Estimate {
     /// Estimates the mean of the distribution of `samples`; `None` without samples.
-    #[must_use]
-    pub fn of(samples: &[f64]) -> Option<Self> {
-        if samples.is_empty() {
-            return None;
-        }
+    pub(crate) fn of(samples: &[f64]) -> Option<Self> {
+        let mean = mean(samples)?;
         let count = samples.len() as f64;
-        let mean = Spread::of(samples).mean;
         let half_width = standard_deviation(samples).and_then(|deviation| {
             let student = StudentsT::new(0.0, 1.0, count - 1.0).ok()?;
             Some(student.inverse_cdf(0.975) * deviation / count.sqrt())
         });
         Some(Self { mean, half_width })
     }
+}
+
+/// Returns the mean of `samples`; `None` without any.
+#[must_use]
+pub fn mean(samples: &[f64]) -> Option<f64> {
+    (!samples.is_empty()).then(|| Spread::of(samples).mean)
 }
 
 /// Returns the standard deviation of the distribution of `samples` (n − 1); `None` for fewer than two.
@@ -79,23 +81,23 @@ impl Waits {
         (!self.0.is_empty()).then(|| happened as f64 / self.0.len() as f64)
     }
 
-    /// Returns the shortest time within which the event happened in `part` of the observations, 0 to 1;
-    /// `None` if it happened in fewer.
+    /// Returns the nearest-rank percentile: the shortest time within which the event happened in `percent`
+    /// of a hundred observations; `None` if it happened in fewer.
     ///
     /// An observation without the event counts as longer than every wait, so the median exists if half of
     /// them have the event.
     #[must_use]
-    pub fn quantile(&self, part: f64) -> Option<u64> {
+    pub fn percentile(&self, percent: usize) -> Option<u64> {
         let mut waits = self.0.clone();
         waits.sort_unstable_by_key(|wait| wait.unwrap_or(u64::MAX));
-        let rank = (part * waits.len() as f64).ceil() as usize;
-        waits.get(rank.max(1) - 1).copied().flatten()
+        let rank = (waits.len() * percent).div_ceil(100).max(1);
+        waits.get(rank - 1).copied().flatten()
     }
 
-    /// Returns the median; see [`Self::quantile`].
+    /// Returns the median; see [`Self::percentile`].
     #[must_use]
     pub fn median(&self) -> Option<u64> {
-        self.quantile(0.5)
+        self.percentile(50)
     }
 }
 
@@ -136,8 +138,13 @@ mod tests {
         let waits: Waits = [Some(5), None, Some(3), None].into_iter().collect();
         assert_eq!(waits.share(), Some(0.5));
         assert_eq!(waits.median(), Some(5));
-        assert_eq!(waits.quantile(0.9), None);
-        assert_eq!(waits.quantile(0.0), Some(3));
+        assert_eq!(waits.percentile(90), None);
+        assert_eq!(waits.percentile(0), Some(3));
+        let twenty: Waits = (1..=20).map(Some).collect();
+        assert_eq!(
+            [10, 50, 90].map(|part| twenty.percentile(part)),
+            [2, 10, 18].map(Some)
+        );
         assert_eq!(Waits::default().median(), None);
         assert_eq!(Waits::default().share(), None);
     }

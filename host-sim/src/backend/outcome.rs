@@ -37,7 +37,7 @@ pub struct ReceivedSensor {
 }
 
 /// Numbers of missing readings by reason.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct MissingCounts {
     /// The sensor did not answer in time.
     pub timeout: u32,

@@ -22,7 +22,7 @@ pub enum MeasurementsError {
         source: io::Error,
     },
     /// The file is a directory.
-    #[error("{}: is a directory; name one table in it", display_path(.path))]
+    #[error("{}: is a directory: expected a table of measured points", display_path(.path))]
     Directory {
         /// The directory.
         path: PathBuf,

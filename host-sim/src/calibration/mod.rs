@@ -14,6 +14,7 @@ use crate::quantity::Excerpt;
 use crate::transducer::{CurvePoint, Fit, FitError, MeasuredUnit};
 use certainty_core::transducer::Reading;
 use certainty_core::units::Millimeters;
+use serde::Serialize;
 use std::collections::BTreeMap;
 use thiserror::Error;
 
@@ -45,7 +46,7 @@ impl PointError {
 }
 
 /// Mean, standard deviation and largest magnitude of errors, in the errors' unit.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Spread {
     /// Their mean, the systematic part.
     pub mean: f64,

@@ -34,8 +34,8 @@ pub struct Faulty<S> {
 /// Readings of the sensor that an intermittent fault lasts, and that the gap after it lasts, on average.
 ///
 /// Both are geometrically distributed: at every reading the fault changes over with the same probability.
-/// The length is an open choice: longer than a sweep sees an obstacle, shorter than a confidence takes to
-/// fall.
+/// The length is an open choice: more readings than a sweep has of one obstacle, fewer than a confidence
+/// needs to fall.
 const MEAN_BURST: f64 = 10.0;
 
 /// One fault of one sensor, with its random numbers.

@@ -40,7 +40,7 @@ pub enum PortError {
         source: io::Error,
     },
     /// It is a directory.
-    #[error("{}: is a directory; name a serial port, a file or a pipe", display_path(.path))]
+    #[error("{}: is a directory: expected a serial port, a file or a pipe", display_path(.path))]
     Directory {
         /// The directory.
         path: PathBuf,

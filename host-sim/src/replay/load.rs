@@ -89,7 +89,7 @@ pub enum LoadError {
         source: io::Error,
     },
     /// The file is a directory.
-    #[error("{}: is a directory; name one recording in it", display_path(.path))]
+    #[error("{}: is a directory: expected a recording", display_path(.path))]
     Directory {
         /// The directory.
         path: PathBuf,
@@ -401,7 +401,7 @@ fn unknown(path: &Path, start: &[u8]) -> LoadError {
 
 #[cfg(test)]
 mod tests {
-    use super::super::readings::write_readings;
+    use super::super::readings::written;
     use super::super::recording::Tally;
     use super::super::source::gzip;
     use super::*;
@@ -435,9 +435,7 @@ mod tests {
             bearing: BinaryAngle::from_bits((at * 977 % 65536) as u16),
             reading: Reading::Echo(Millimeters::new(at * 31 % 5000)),
         };
-        let mut file = Vec::new();
-        write_readings(&mut file, &(0..count).map(beam).collect::<Vec<_>>()).unwrap();
-        file
+        written(&(0..count).map(beam).collect::<Vec<_>>()).into_bytes()
     }
 
     #[test]
@@ -703,9 +701,7 @@ mod tests {
     proptest! {
         #[test]
         fn written_readings_read_back(beams in prop::collection::vec(any_beam(), 1..50)) {
-            let mut file = Vec::new();
-            write_readings(&mut file, &beams).unwrap();
-            prop_assert_eq!(read_bytes(&file).unwrap().beams, beams);
+            prop_assert_eq!(read_bytes(written(&beams).as_bytes()).unwrap().beams, beams);
         }
 
         #[test]

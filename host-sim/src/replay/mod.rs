@@ -14,5 +14,5 @@ mod recording;
 mod source;
 
 pub use load::{LoadError, LoadOptions, load};
-pub use readings::{HEADER, write_readings};
+pub use readings::HEADER;
 pub use recording::{Format, RecordedBeam, Recording, SkipReason, Skipped, SkippedLine, Tally};

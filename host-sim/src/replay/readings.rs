@@ -2,13 +2,11 @@
 //!
 //! The six fields are numbers and plain words without quotes, so a line is split at its commas.
 
-use super::recording::RecordedBeam;
-use super::recording::SkipReason;
+use super::recording::{RecordedBeam, SkipReason};
 use crate::quantity;
 use certainty_core::sensor::SensorId;
 use certainty_core::transducer::{Missing, Reading};
 use certainty_core::units::{BinaryAngle, Millimeters, Point, Ticks};
-use std::io::{self, Write};
 
 /// The first line of a readings file.
 pub const HEADER: &str = "t_ms,sensor,x_mm,y_mm,bearing_mdeg,reading";
@@ -25,53 +23,31 @@ pub(super) fn beam_width(line: &str) -> Option<Result<BinaryAngle, SkipReason>> 
     Some(quantity::opening(note.trim()).map_err(|_| SkipReason::BadBeamWidth))
 }
 
-/// Writes `beams` as a readings file.
+/// Returns `beams` as a readings file, for tests.
 ///
 /// Reading the file gives the same beams, bit for bit, with one exception: all kinds of missing
 /// readings are written as `missing`, which is read as [`Missing::Timeout`]. A step of
 /// [`BinaryAngle`] is 5.5 millidegrees, so a bearing in whole millidegrees identifies its step.
-///
-/// # Errors
-/// If `out` fails.
-///
-/// # Examples
-/// ```
-/// use certainty_core::{sensor::SensorId, transducer::Reading, units::{BinaryAngle, Point, Ticks}};
-/// use certainty_sim::replay::{RecordedBeam, write_readings};
-///
-/// let beam = RecordedBeam {
-///     at: Ticks::new(40),
-///     sensor: SensorId::try_new(2).unwrap(),
-///     origin: Point::from_mm(-100, 250),
-///     bearing: BinaryAngle::QUARTER,
-///     reading: Reading::NoObject,
-/// };
-/// let mut file = Vec::new();
-/// write_readings(&mut file, &[beam])?;
-/// let expected = "t_ms,sensor,x_mm,y_mm,bearing_mdeg,reading\n40,2,-100,250,90000,none\n";
-/// assert_eq!(file, expected.as_bytes());
-/// # Ok::<(), std::io::Error>(())
-/// ```
-pub fn write_readings(mut out: impl Write, beams: &[RecordedBeam]) -> io::Result<()> {
-    writeln!(out, "{HEADER}")?;
+#[cfg(test)]
+pub(super) fn written(beams: &[RecordedBeam]) -> String {
+    let mut text = format!("{HEADER}\n");
     for beam in beams {
         let mdeg = (i64::from(beam.bearing.to_bits()) * TURN + (1 << 15)) >> 16;
-        write!(
-            out,
+        text += &format!(
             "{},{},{},{},{mdeg},",
             beam.at.get(),
             beam.sensor,
             beam.origin.x_mm(),
             beam.origin.y_mm()
-        )?;
-        match beam.reading {
-            Reading::Echo(distance) => writeln!(out, "{}", distance.get())?,
-            Reading::NoObject => writeln!(out, "none")?,
-            Reading::TooNear => writeln!(out, "near")?,
-            Reading::Missing(_) => writeln!(out, "missing")?,
-        }
+        );
+        text += &match beam.reading {
+            Reading::Echo(distance) => format!("{}\n", distance.get()),
+            Reading::NoObject => "none\n".to_owned(),
+            Reading::TooNear => "near\n".to_owned(),
+            Reading::Missing(_) => "missing\n".to_owned(),
+        };
     }
-    Ok(())
+    text
 }
 
 /// Parses one line; `None` if it is the header, a comment or blank.
@@ -208,6 +184,19 @@ mod tests {
     }
 
     #[test]
+    fn a_beam_is_a_line_below_the_header() {
+        let beam = RecordedBeam {
+            at: Ticks::new(40),
+            sensor: SensorId::try_new(2).unwrap(),
+            origin: Point::from_mm(-100, 250),
+            bearing: BinaryAngle::QUARTER,
+            reading: Reading::NoObject,
+        };
+        let expected = "t_ms,sensor,x_mm,y_mm,bearing_mdeg,reading\n40,2,-100,250,90000,none\n";
+        assert_eq!(written(&[beam]), expected);
+    }
+
+    #[test]
     fn every_bearing_survives_millidegrees() {
         for bits in 0..=u16::MAX {
             let beam = RecordedBeam {
@@ -217,9 +206,7 @@ mod tests {
                 bearing: BinaryAngle::from_bits(bits),
                 reading: Reading::TooNear,
             };
-            let mut file = Vec::new();
-            write_readings(&mut file, &[beam]).unwrap();
-            let text = String::from_utf8(file).unwrap();
+            let text = written(&[beam]);
             let back = parse(text.lines().nth(1).unwrap(), None);
             assert_eq!(back, Ok(Some(beam)));
         }

@@ -162,7 +162,7 @@ impl fmt::Display for RingFault {
         match self.defect {
             RingDefect::Falsified(by) | RingDefect::Stuck(by) => write!(f, "={by}"),
             RingDefect::Misaligned(by) => {
-                let degrees = f64::from(by.to_bits().cast_signed()) * 360.0 / 65536.0;
+                let degrees = quantity::signed_degrees(by);
                 write!(f, "={}deg", (degrees * 100.0).round() / 100.0)
             }
             RingDefect::Blind | RingDefect::Crosstalk => Ok(()),

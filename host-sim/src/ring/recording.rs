@@ -44,6 +44,12 @@ pub enum RecordingError {
         /// The error of the operating system.
         source: io::Error,
     },
+    /// The file is a directory.
+    #[error("{}: is a directory: expected a recording", display_path(.path))]
+    Directory {
+        /// The directory.
+        path: PathBuf,
+    },
     /// The file is too long.
     #[error("{}: over 64 MiB; split the recording into shorter ones", display_path(.path))]
     TooLong {
@@ -76,9 +82,12 @@ impl RingRecording {
     ///
     /// [`RecordingError`] if the file cannot be read, is too long or has no rows.
     pub fn load(path: &Path, range: Millimeters) -> Result<Self, RecordingError> {
-        let unreadable = |source| RecordingError::Unreadable {
-            path: path.to_owned(),
-            source,
+        let unreadable = |source: io::Error| {
+            let path = path.to_owned();
+            match source.kind() {
+                io::ErrorKind::IsADirectory => RecordingError::Directory { path },
+                _ => RecordingError::Unreadable { path, source },
+            }
         };
         let mut bytes = Vec::new();
         let file = File::open(path).map_err(unreadable)?;

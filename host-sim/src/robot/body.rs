@@ -1,7 +1,7 @@
 //! How the robot moves: six wheels, three per side, one speed per side.
 
 use crate::random::{Purpose, stream};
-use crate::world::World;
+use crate::world::{Obstacle, World};
 use certainty_control::Wheels;
 use certainty_core::units::{BinaryAngle, Direction, Millimeters, Point, Pose};
 use rand_chacha::ChaCha8Rng;
@@ -106,10 +106,12 @@ impl Body {
         self.least_clearance
     }
 
-    /// Returns whether it overlaps an obstacle.
+    /// Returns the first obstacle of `world` that it overlaps.
     #[must_use]
-    pub fn touches(&self, world: &World) -> bool {
-        self.clearance(world) <= 0.0
+    pub fn touched<'w>(&self, world: &'w World) -> Option<&'w Obstacle> {
+        let overlaps =
+            |obstacle: &&Obstacle| self.clearance(|at| Some(obstacle.clearance(at))) <= 0.0;
+        world.obstacles().iter().find(overlaps)
     }
 
     /// Moves for `ms` milliseconds with `wheels` as parts of `full_speed_mm_s`.
@@ -158,14 +160,14 @@ impl Body {
         let turned = difference * seconds / (TRACK_MM * SCRAPE * core::f64::consts::TAU);
         self.heading = (self.heading + turned).rem_euclid(1.0);
         self.speed = ahead.abs();
-        let clearance = self.clearance(world);
+        let clearance = self.clearance(|at| world.clearance(at));
         if clearance <= 0.0 {
             if !self.touching {
                 self.touching = true;
                 self.collisions += 1;
             }
             (self.x, self.y, _) = before;
-            if self.clearance(world) <= 0.0 {
+            if self.clearance(|at| world.clearance(at)) <= 0.0 {
                 self.heading = before.2;
             }
             self.speed = 0.0;
@@ -178,14 +180,15 @@ impl Body {
         }
     }
 
-    /// The distance from the outline to the nearest obstacle, in millimetres; below 0 within it.
+    /// The distance from the outline to obstacles of which `clearance` is the distance from a place, in
+    /// millimetres; below 0 within one, infinite on an open plane.
     ///
     /// Computed from five places along the spine: too large by less than 3 mm.
-    fn clearance(&self, world: &World) -> f64 {
+    fn clearance(&self, clearance: impl Fn(Point) -> Option<f64>) -> f64 {
         let pose = self.pose();
         let places = (-2..=2).map(|place| {
             let along = Pose::new(Point::from_mm(SPINE_MM * place / 2, 0), BinaryAngle::ZERO);
-            let away = world.clearance(pose.compose(along).at);
+            let away = clearance(pose.compose(along).at);
             away.map_or(f64::INFINITY, |away| away - RADIUS_MM)
         });
         places.fold(f64::INFINITY, f64::min)
@@ -213,7 +216,7 @@ fn followed(speed: f64, wanted: f64, seconds: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::world::Obstacle;
+    use crate::quantity;
     use certainty_control::Effort;
 
     fn wheels(right: f64, left: f64) -> Wheels {
@@ -242,7 +245,7 @@ mod tests {
         let mut body = Body::new(Pose::default(), 1);
         body.drive(&open(), wheels(0.5, -0.5), 1000.0, 1000);
         // 1000 mm/s over a track that acts 800 mm wide: 1.25 rad/s, less the lag.
-        let turned = f64::from(body.pose().heading.to_bits()) / 65536.0 * 360.0;
+        let turned = quantity::degrees(body.pose().heading);
         assert!((60.0..=75.0).contains(&turned), "{turned}");
         assert!(body.pose().at.distance(Point::ORIGIN).get() < 50);
     }

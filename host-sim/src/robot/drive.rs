@@ -5,6 +5,7 @@ use super::course::Course;
 use super::pilot::{HealthMode, MapSource, PilotConfig};
 use super::sensors::{NAMES, RobotSensors};
 use crate::fault::{FaultSpec, SpecError};
+use crate::quantity;
 use certainty_control::{FailureSource, Failures, SpeedLimit};
 use certainty_core::certainty::Certainty;
 use certainty_core::fusion::Geometry;
@@ -269,8 +270,7 @@ fn state(body: &Body, goal: Point, now: u32) -> Step {
     let pose = body.pose();
     let (right, left) = body.wheels_mm_s();
     let angle = pose.at.bearing(goal).map_or(0.0, |bearing| {
-        let off = bearing.wrapping_sub(pose.heading).to_bits().cast_signed();
-        f64::from(off) / 65536.0 * 360.0
+        quantity::signed_degrees(bearing.wrapping_sub(pose.heading))
     });
     Step {
         time_s: seconds(now),

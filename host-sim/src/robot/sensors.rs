@@ -48,7 +48,7 @@ pub fn beam_model() -> BeamModel {
     BeamModel::new(config)
 }
 
-/// Returns what the robot's diagnosis needs to know about the sensors.
+/// Returns the robot's model of its sensors: plausibility limits, beam model, and the certainty of an obstacle.
 ///
 /// With noise of 15 mm two readings are equal to the millimetre once in fifty times, so a distance that
 /// repeats in eight new directions is not a measurement. A jump is half a metre, more than a robot at full

@@ -168,6 +168,7 @@ impl Profile {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::quantity;
     use crate::transducer::SensorModel;
 
     #[test]
@@ -196,7 +197,7 @@ mod tests {
             (least.unwrap(), most.unwrap())
         };
         // The map's angles: 0 is to the right, half a turn to the left.
-        let degrees = |bits: u16| (f64::from(bits) * 360.0 / 65536.0).round() as i32;
+        let degrees = |bits| quantity::degrees(BinaryAngle::from_bits(bits)).round() as i32;
         let arcs = [0, 1, 2].map(|slot| {
             let (least, most) = seen(slot);
             (degrees(least), degrees(most))

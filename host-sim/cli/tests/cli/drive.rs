@@ -376,7 +376,7 @@ fn mean(trials: &[Trial], value: impl Fn(&Trial) -> f64) -> f64 {
 /// still gets there in most worlds.
 #[test]
 fn the_simulations_come_out_as_the_paper_says() {
-    let driven = Study::simulations();
+    let driven = Study::simulations().unwrap();
     let driven: Vec<Vec<Trial>> = driven[..3]
         .iter()
         .map(|case| trials(case, Memory::Nobody, 16))
@@ -407,7 +407,7 @@ struct Totals {
 }
 
 fn totals(memory: Memory, worlds: u32, of: impl Fn(&Case) -> bool) -> Totals {
-    let cases = Study::failures();
+    let cases = Study::failures().unwrap();
     let all = cases.iter().filter(|case| of(case));
     let all = all.flat_map(|case| trials(case, memory, worlds));
     let none = Totals {

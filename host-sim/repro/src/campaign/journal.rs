@@ -32,7 +32,13 @@ pub enum JournalError {
         /// The system's error.
         source: io::Error,
     },
-    /// It is a directory, a pipe or a device.
+    /// It is a directory.
+    #[error("{}: is a directory: expected a file for --csv", path.display())]
+    Directory {
+        /// The directory.
+        path: PathBuf,
+    },
+    /// It is a pipe or a device.
     #[error("{}: not a regular file: expected a file for --csv", path.display())]
     NoFile {
         /// The path.
@@ -68,9 +74,16 @@ impl Journal {
             source,
         };
         // A pipe would never end, and a device does not store rows.
-        if std::fs::metadata(path).is_ok_and(|there| !there.is_file()) {
-            let path = path.to_owned();
-            return Err(JournalError::NoFile { path });
+        match std::fs::metadata(path) {
+            Ok(there) if there.is_dir() => {
+                let path = path.to_owned();
+                return Err(JournalError::Directory { path });
+            }
+            Ok(there) if !there.is_file() => {
+                let path = path.to_owned();
+                return Err(JournalError::NoFile { path });
+            }
+            _ => {}
         }
         let mut options = OpenOptions::new();
         let mut file = options

@@ -117,20 +117,25 @@ impl Row {
         scores: &[Vec<Score>],
         health: &[HealthTrial],
     ) -> Vec<Self> {
-        let measure = |method: usize, part: fn(&Score) -> f64| {
-            let samples = scores.iter().map(|scores| part(&scores[method]));
-            let estimate = Estimate::of(&samples.collect::<Vec<_>>());
-            estimate.unwrap_or(Estimate {
-                mean: f64::NAN,
-                half_width: None,
+        let parts: [fn(&Score) -> f64; 4] = [
+            |score| score.mae,
+            |score| score.mse,
+            |score| score.missed,
+            |score| score.ghost,
+        ];
+        let measures = |method: usize| {
+            parts.map(|part| {
+                let samples = scores.iter().map(|scores| part(&scores[method]));
+                let estimate = Estimate::of(&samples.collect::<Vec<_>>());
+                estimate.unwrap_or(Estimate {
+                    mean: f64::NAN,
+                    half_width: None,
+                })
             })
         };
-        let oracle = methods.len() - 1;
+        let [oracle_mae, _, oracle_missed, _] = measures(methods.len() - 1);
         let rows = methods.iter().enumerate().map(|(place, &method)| {
-            let mae = measure(place, |score| score.mae);
-            let mse = measure(place, |score| score.mse);
-            let missed = measure(place, |score| score.missed);
-            let ghost = measure(place, |score| score.ghost);
+            let [mae, mse, missed, ghost] = measures(place);
             let mut row = Self {
                 fault: scenario.fault.to_string(),
                 rate: scenario.rate,
@@ -150,8 +155,8 @@ impl Row {
                 missed_ci: missed.half_width,
                 ghost: ghost.mean,
                 ghost_ci: ghost.half_width,
-                mae_to_oracle: mae.mean - measure(oracle, |score| score.mae).mean,
-                missed_to_oracle: missed.mean - measure(oracle, |score| score.missed).mean,
+                mae_to_oracle: mae.mean - oracle_mae.mean,
+                missed_to_oracle: missed.mean - oracle_missed.mean,
                 suspect: None,
                 suspect_after: None,
                 failed: None,

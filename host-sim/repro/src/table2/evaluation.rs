@@ -2,6 +2,7 @@
 
 use super::factors::{EvaluationSetup, FACTORS, Level};
 use super::repetition::{Estimator, Metric, Oracles, Repetition};
+use crate::statistics::Spread;
 use certainty_sim::fusion::Method;
 use certainty_sim::simulation::Score;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
@@ -49,12 +50,6 @@ impl Figures {
         self.0
     }
 
-    /// Returns each divided by the printed one.
-    #[must_use]
-    pub fn ratios(&self) -> [f64; 6] {
-        self.over(&Self::PRINTED)
-    }
-
     /// Returns each divided by that of `other`.
     #[must_use]
     pub fn over(&self, other: &Self) -> [f64; 6] {
@@ -64,7 +59,8 @@ impl Figures {
     /// Returns which figures are reproduced: within [`Self::NEAR`] of the printed ones.
     #[must_use]
     pub fn near(&self) -> [bool; 6] {
-        self.ratios().map(|ratio| (ratio - 1.0).abs() <= Self::NEAR)
+        self.over(&Self::PRINTED)
+            .map(|ratio| (ratio - 1.0).abs() <= Self::NEAR)
     }
 
     /// Returns whether they are in the paper's order, by MAE and by MSE: median below robust below
@@ -202,28 +198,27 @@ fn printed_places() -> [usize; 3] {
 fn mean_and_deviation<'a>(
     scores: impl ExactSizeIterator<Item = &'a Score> + Clone,
 ) -> (Score, Option<Score>) {
-    let count = scores.len() as f64;
-    let mean = scores
-        .clone()
-        .fold(Score::ZERO, |sum, score| sum.plus(score));
-    let mean = mean.over(count.max(1.0));
-    let squared = |figure: f64, mean: f64| (figure - mean) * (figure - mean);
-    let squares = scores.fold(Score::ZERO, |sum, score| {
-        sum.plus(&Score {
-            mae: squared(score.mae, mean.mae),
-            mse: squared(score.mse, mean.mse),
-            missed: squared(score.missed, mean.missed),
-            ghost: squared(score.ghost, mean.ghost),
-        })
-    });
-    let variance = squares.over((count - 1.0).max(1.0));
-    let deviation = Score {
-        mae: variance.mae.sqrt(),
-        mse: variance.mse.sqrt(),
-        missed: variance.missed.sqrt(),
-        ghost: variance.ghost.sqrt(),
+    let count = scores.len();
+    let parts: [fn(&Score) -> f64; 4] = [
+        |score| score.mae,
+        |score| score.mse,
+        |score| score.missed,
+        |score| score.ghost,
+    ];
+    let spreads = parts.map(|part| Spread::of(&scores.clone().map(part).collect::<Vec<_>>()));
+    let score = |part: fn(&Spread) -> f64| {
+        let [mae, mse, missed, ghost] = spreads.each_ref().map(part);
+        Score {
+            mae,
+            mse,
+            missed,
+            ghost,
+        }
     };
-    (mean, (count > 1.0).then_some(deviation))
+    (
+        score(|spread| spread.mean),
+        (count > 1).then(|| score(|spread| spread.sd)),
+    )
 }
 
 /// The primary set-up, or one that differs from it in a single level.
