@@ -125,13 +125,11 @@ fn an_unusable_recording_is_refused_with_its_name() {
 #[test]
 fn paths_that_are_no_files_are_refused() {
     let folder = folder_with(good_log());
-    fs::create_dir(folder.path().join("directory")).unwrap();
     assert_refused(
         &folder,
         "replay missing.log",
         &["missing.log", "cannot be opened"],
     );
-    assert_refused(&folder, "replay directory", &["directory: is a directory"]);
     assert_refused(
         &folder,
         "replay input/below",
@@ -148,11 +146,28 @@ fn paths_that_are_no_files_are_refused() {
         "simulate --world missing.toml",
         &["missing.toml", "cannot read"],
     );
-    assert_refused(
-        &folder,
-        "simulate --world directory",
-        &["directory", "cannot read"],
-    );
+}
+
+#[test]
+fn a_directory_in_place_of_a_file_has_one_wording() {
+    let folder = folder_with(good_log());
+    fs::create_dir(folder.path().join("directory")).unwrap();
+    for (arguments, expected) in [
+        ("replay directory", "a recording"),
+        ("simulate --world directory", "a world file"),
+        ("run --world directory", "a world file"),
+        ("drive --world directory", "a world file"),
+        ("ring --world directory", "a world file"),
+        ("ring --recording directory", "a recording"),
+        ("compare directory input", "a map's YAML file"),
+        ("calibrate directory", "a table of measured points"),
+        ("monitor directory", "a serial port, a file or a pipe"),
+        ("run --on qemu --image directory", "a firmware image"),
+        ("campaign --csv directory", "a file for --csv"),
+    ] {
+        let line = format!("directory: is a directory: expected {expected}");
+        assert_refused(&folder, arguments, &[&line]);
+    }
 }
 
 /// Root may write everywhere that permissions forbid; below a file and in /proc not even root.

@@ -81,7 +81,8 @@ fn damaged_lines_are_skipped_counted_and_reported() {
         assert_eq!(document["skipped_lines"], skipped, "{what}");
         assert_eq!(document["readings"], scans * BEAMS, "{what}");
         let text = certainty_quickly(folder.path(), "replay input").stdout;
-        let reported = text.contains(&format!("{skipped} lines skipped"));
+        let lines = if skipped == 1 { "line" } else { "lines" };
+        let reported = text.contains(&format!("{skipped} {lines} skipped:"));
         assert_eq!(reported, skipped > 0, "{what}: {text}");
     }
 }

@@ -132,6 +132,53 @@ fn a_damaged_recording_is_assessed_in_part() {
 }
 
 #[test]
+fn a_recording_counts_one_line_in_the_singular() {
+    let row = "1.000,".repeat(23) + "1.000\n";
+    for (content, counted) in [
+        (row.clone() + "no row\n", "input: 1 row, 1 line skipped; "),
+        (row.repeat(2), "input: 2 rows, 0 lines skipped; "),
+    ] {
+        let folder = folder_with(content);
+        let text = certainty(folder.path(), "ring --recording input").stdout;
+        assert!(text.starts_with(counted), "{text}");
+    }
+}
+
+#[test]
+fn a_worlds_name_is_escaped() {
+    let wall = |from: &str, to: &str| format!("[[wall]]\nfrom = [{from}]\nto = [{to}]\n");
+    let corners = [
+        "\"0m\", \"0m\"",
+        "\"4m\", \"0m\"",
+        "\"4m\", \"3m\"",
+        "\"0m\", \"3m\"",
+    ];
+    let walls = (0..4).map(|n| wall(corners[n], corners[(n + 1) % 4]));
+    let folder =
+        folder_with("name = \"a\\u001b[31mroom\"\n".to_owned() + &walls.collect::<String>());
+    for command in [
+        "--pose 2m,1.5m,0deg",
+        "--sweep --poses 1",
+        "--extraction --poses 1",
+    ] {
+        let ran = certainty(folder.path(), &format!("ring --world input {command}"));
+        assert!(
+            ran.stdout.starts_with("world: a\\u{1b}[31mroom "),
+            "{ran:?}"
+        );
+    }
+}
+
+#[test]
+fn the_number_of_threads_changes_no_polygon() {
+    let extraction = |jobs: u8| {
+        let arguments = format!("ring --extraction --json --poses 3 --jobs {jobs}");
+        alone(&arguments).json()
+    };
+    assert_eq!(extraction(1), extraction(3));
+}
+
+#[test]
 fn the_real_ring_is_assessed() {
     let Some(file) = shared_data("ring24/sensor_readings_24.csv") else {
         return;
@@ -170,6 +217,15 @@ fn bad_input_is_refused_in_one_line() {
         ("ring --recording input --sweep", "cannot be used with"),
         ("ring --recording input --range 9m", "range must be from"),
         ("ring --sweep --poses 0", "0"),
+        ("ring --poses 5", "<--sweep|--extraction>"),
+        ("ring --jobs 2", "<--sweep|--extraction>"),
+        ("ring --recording input --poses 5", "<--sweep|--extraction>"),
+        ("ring --range 4m", "--recording <FILE>"),
+        ("ring --extraction --fault 4", "cannot be used with"),
+        (
+            "ring --pose 9m,9m,0deg",
+            "--pose: 9000mm,9000mm is outside the room: expected a position from -100mm,-100mm to",
+        ),
     ] {
         let ran = certainty(folder.path(), arguments);
         let line = ran.refusal();
