@@ -134,7 +134,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     });
     let bench = bench.map_err(|error| Failure::Input(format!("--fault: {error}")))?;
     let image = arguments.image.as_deref();
-    image.map_or(Ok(()), |image| no_directory(image, "a firmware image"))?;
+    image.map_or(Ok(()), |image| {
+        no_directory(image, "an image that `cargo firmware` built")
+    })?;
     let outcome = backend::run(arguments.on, image, bench, arguments.rounds);
     let (received, ran) = outcome.map_err(|error| failure(arguments, &error))?;
     let out = arguments.common.output.create()?;

@@ -34,13 +34,13 @@ pub struct Study {
     pub seed: u64,
     /// Number of random courses for every case.
     pub worlds: u32,
-    /// What the histogram is made from.
+    /// Source of the obstacles in the histogram.
     pub map: MapSource,
     /// The differences from the core's default rules.
     pub pilot: PilotConfig,
 }
 
-/// Which sensors fail in which way, and where the robot's failure estimates come from.
+/// The failing sensors, their faults, and the source of the robot's failure estimates.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Case {
     /// The case's name: a simulation's number, or the kind of fault.
@@ -49,7 +49,7 @@ pub struct Case {
     pub sensors: String,
     /// Number of sensors that fail.
     pub failing: usize,
-    /// Where failure estimates come from.
+    /// Source of the failure estimates.
     pub health: HealthMode,
     /// Whether full speed is allowed at any coverage.
     pub bold: bool,
@@ -94,7 +94,7 @@ pub struct Summary {
     pub name: String,
     /// The failing sensors: their names, or `single` or `pair`.
     pub failing: String,
-    /// Where failure estimates come from.
+    /// Source of the failure estimates.
     pub health_mode: &'static str,
     /// Whether full speed was allowed at any coverage.
     pub bold: bool,

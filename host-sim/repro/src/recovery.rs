@@ -62,7 +62,7 @@ impl Count {
     }
 }
 
-/// What the noise is added to.
+/// The signal that the noise is added to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Noise {
     /// The output signal; *no object* counts as the farthest distance.
@@ -101,7 +101,7 @@ impl Noise {
 pub struct Recovery {
     /// Whose readings are counted.
     pub count: Count,
-    /// What sensor 1's noise is added to.
+    /// The signal that sensor 1's noise is added to.
     pub noise: Noise,
     /// The sensors, at least one; \[001\] has three.
     pub sensors: SensorSet,

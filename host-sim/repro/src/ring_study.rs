@@ -80,10 +80,10 @@ pub struct KindRow {
     pub faulty_sensors: u8,
     /// The number of faults at all poses.
     pub faults: u32,
-    /// How many of them changed no distance of their sonar by the paper's 0.1 m, so that they cannot be
+    /// The number of them that changed no distance of their sonar by the paper's 0.1 m, so that they cannot be
     /// detected.
     pub without_effect: u32,
-    /// How many were detected.
+    /// The number of them that were detected.
     pub found: u32,
     /// The share of all faults that were detected.
     pub detection_rate: f64,

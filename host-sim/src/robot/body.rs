@@ -1,4 +1,4 @@
-//! How the robot moves: six wheels, three per side, one speed per side.
+//! The motion of the robot: six wheels, three per side, one speed per side.
 
 use crate::random::{Purpose, stream};
 use crate::world::{Obstacle, World};
@@ -10,14 +10,14 @@ use rand_distr::{Distribution, StandardNormal};
 /// Half of the robot's width, and the radius of its rounded ends, in millimetres.
 pub const RADIUS_MM: f64 = 300.0;
 
-/// How far its length reaches ahead of and behind the middle, ends not counted, in millimetres: 0.9 m
+/// Half of its length without the rounded ends, in millimetres: with them, the robot measures 0.9 m
 /// by 0.6 m in all.
 const SPINE_MM: i32 = 150;
 
 /// The distance between the wheels of both sides, in millimetres.
 const TRACK_MM: f64 = 500.0;
 
-/// The factor by which the track acts wider in a turn, as wheels that cannot steer scrape over the ground.
+/// The factor by which the track acts wider in a turn, because wheels without steering slide sideways.
 const SCRAPE: f64 = 1.6;
 
 /// Time constant of the motors, in seconds.
@@ -99,7 +99,7 @@ impl Body {
         self.collisions
     }
 
-    /// Returns the least clearance so far, in millimetres: infinite on an open plane, 0 after a
+    /// Returns the least clearance until now, in millimetres: infinite on an open plane, 0 after a
     /// collision.
     #[must_use]
     pub const fn least_clearance_mm(&self) -> f64 {
@@ -116,7 +116,7 @@ impl Body {
 
     /// Moves for `ms` milliseconds with `wheels` as parts of `full_speed_mm_s`.
     pub fn drive(&mut self, world: &World, wheels: Wheels, full_speed_mm_s: f64, ms: u32) {
-        /// Milliseconds of one step of the motion, in which a robot goes a centimetre.
+        /// Milliseconds of one step of the motion: a centimetre at full speed.
         const STEP_MS: u32 = 10;
         let full = full_speed_mm_s;
         let wanted = (
@@ -200,7 +200,7 @@ impl Body {
     }
 }
 
-/// Returns how far the body reaches from its middle.
+/// Returns the largest distance of the outline from the middle.
 #[must_use]
 pub const fn reach() -> Millimeters {
     Millimeters::new(RADIUS_MM as u32 + SPINE_MM.unsigned_abs())

@@ -1,4 +1,4 @@
-//! Where the robot drives: from the origin, heading along +x, to a goal.
+//! A course: from the origin, heading along +x, to a goal.
 
 use crate::fusion::{FusionRules, HostMapper, Method};
 use crate::world::{Bounds, Layout, LayoutError, World};
@@ -16,13 +16,13 @@ pub const BUILT_IN: &str = include_str!("../../data/course.toml");
 pub struct Course {
     /// The obstacles.
     pub world: Arc<World>,
-    /// Where the robot starts: the origin, heading along +x, unless set otherwise.
+    /// The pose at the start: the origin, heading along +x, unless set otherwise.
     pub start: Pose,
     /// The goal.
     pub goal: Point,
 }
 
-/// How far the goal of the built-in and of random courses is: straight ahead.
+/// The goal of the built-in and of random courses: 10 m straight ahead.
 pub const GOAL: Point = Point::from_mm(10_000, 0);
 
 impl Course {

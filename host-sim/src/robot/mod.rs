@@ -3,7 +3,7 @@
 //! | module | is |
 //! |---|---|
 //! | [`body`] | six wheels, skid-steered: lag, slip, collisions |
-//! | [`course`] | where it drives: the built-in course, random ones, a world file |
+//! | [`course`] | the obstacles, the start and the goal: built in, random, or from a world file |
 //! | [`drive`] | one run, step by step, and its quality |
 //! | [`pilot`] | settings of the control level: source of the failures, memory, source of the histogram |
 //! | [`sensors`] | six rangefinders and a scanner: mountings, noise, faults |

@@ -1,4 +1,4 @@
-//! Which parts of the control level a run uses: where failures come from, the memory, the histogram's source.
+//! Settings of the control level in a run: source of the failures, memory, source of the histogram.
 
 use super::course::Course;
 use super::sensors::sensor_model;
@@ -9,14 +9,14 @@ use certainty_control::{
 };
 use core::fmt;
 
-/// Where the control level's failures come from.
+/// Source of the control level's failure estimates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum HealthMode {
-    /// An oracle, as in \[004\]: at once, and right.
+    /// The true faults without delay, as in \[004\].
     Given,
     /// The robot's own diagnosis.
     Diagnosed,
-    /// Nowhere: **F** is zero.
+    /// None: **F** is zero.
     Ignored,
 }
 
@@ -41,12 +41,12 @@ impl fmt::Display for HealthMode {
     }
 }
 
-/// Which robots fill in readings of failed sensors from a map that they draw.
+/// Robots that replace the readings of failed sensors by those expected from their map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Memory {
     /// None, as in \[004\].
     Nobody,
-    /// Those that diagnose their sensors, which draw a map for that anyway.
+    /// Those that diagnose their sensors: the diagnosis needs the map in any case.
     Diagnosed,
     /// All, so that the effect of the memory can be separated from that of the diagnosis.
     Everyone,
@@ -77,7 +77,7 @@ impl Memory {
     }
 }
 
-/// What the histogram is made from.
+/// Source of the obstacles in the histogram.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MapSource {
     /// The scanner's last beams, as in \[004\].
@@ -112,14 +112,14 @@ impl fmt::Display for MapSource {
     }
 }
 
-/// In what a run's control level differs from the default.
+/// Settings of the control level that differ from the default.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PilotConfig {
     /// Whether full speed is allowed as long as any sensor is trusted, as in \[004\]'s simulations.
     pub bold: bool,
-    /// How far a failed rangefinder lowers the credibility of the others.
+    /// Effect of a failed rangefinder on the credibility of the others.
     pub sharing: FailureSharing,
-    /// Which robots fill in readings from a map.
+    /// Robots that replace readings of failed sensors from their map.
     pub memory: Memory,
 }
 

@@ -1,4 +1,4 @@
-//! Six laser rangefinders and a laser scanner: where they sit, their noise, their faults.
+//! Six laser rangefinders and a laser scanner: their mountings, noise and faults.
 
 use crate::fault::{Fault, FaultSpec, Faulty, SpecError, assign};
 use crate::random::{Purpose, stream};
@@ -33,10 +33,9 @@ pub const FARTHEST: Millimeters = Mountings::IBIS.rangefinder_range;
 /// Standard deviation of a distance, in millimetres.
 const NOISE_MM: f64 = 15.0;
 
-/// Returns how a reading is drawn into a map.
+/// Returns the beam model of a reading in a map.
 ///
-/// Cells behind an echo are left as they were: they were seen from elsewhere, and a robot that moves would
-/// lose them. The spread is two standard deviations at half the range.
+/// Cells behind an echo are unchanged, because readings from other places have measured them. The spread is two standard deviations at half the range.
 #[must_use]
 pub fn beam_model() -> BeamModel {
     let accuracy = U0F16::from_num(2.0 * NOISE_MM / f64::from(FARTHEST.get() / 2));

@@ -162,7 +162,10 @@ fn a_directory_in_place_of_a_file_has_one_wording() {
         ("compare directory input", "a map's YAML file"),
         ("calibrate directory", "a table of measured points"),
         ("monitor directory", "a serial port, a file or a pipe"),
-        ("run --on qemu --image directory", "a firmware image"),
+        (
+            "run --on qemu --image directory",
+            "an image that `cargo firmware` built",
+        ),
         ("campaign --csv directory", "a file for --csv"),
     ] {
         let line = format!("directory: is a directory: expected {expected}");

@@ -189,7 +189,10 @@ fn bad_arguments_and_scenario_files_end_in_one_line() {
     }
     for (arguments, word) in [
         ("--scenarios nowhere.toml", "nowhere.toml: cannot read"),
-        ("--scenarios .", "cannot read"),
+        (
+            "--scenarios .",
+            ".: is a directory: expected a scenario file",
+        ),
         ("--seeds 0", "--seeds"),
         ("--seeds 1e9", "--seeds"),
         ("--seeds NaN", "--seeds"),
@@ -197,7 +200,7 @@ fn bad_arguments_and_scenario_files_end_in_one_line() {
         ("--rules lax", "invalid value 'lax'"),
         ("--json --csv c.csv", "--csv"),
         ("--csv nowhere/c.csv", "nowhere/c.csv: "),
-        ("--csv .", ".: "),
+        ("--csv .", ".: is a directory: expected a file for --csv"),
         ("--csv /dev/full --scenarios s.toml", "/dev/full"),
     ] {
         let ran = certainty(folder.path(), &format!("campaign {arguments}"));

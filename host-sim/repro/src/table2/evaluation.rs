@@ -17,7 +17,7 @@ pub const PRINTED_METHODS: [Method; 3] = [Method::Bayes, Method::Robust, Method:
 pub struct Figures([f64; 6]);
 
 impl Figures {
-    /// What Table 2 of \[001\] prints.
+    /// The figures that Table 2 of \[001\] prints.
     pub const PRINTED: Self = Self([0.101, 0.069, 0.022, 0.012, 0.009, 0.006]);
 
     /// The names of the figures, in their order.
@@ -30,7 +30,7 @@ impl Figures {
         "median MSE",
     ];
 
-    /// How near a figure must be to count as reproduced: within a quarter of the printed one.
+    /// Largest relative difference from the printed figure that counts as reproduced.
     pub const NEAR: f64 = 0.25;
 
     const ZERO: Self = Self([0.0; 6]);
@@ -242,7 +242,7 @@ fn changes() -> impl Iterator<Item = Option<(&'static str, &'static Level)>> {
     core::iter::once(None).chain(of_factors)
 }
 
-/// Returns how many steps [`variations`] reports.
+/// Returns the number of steps that [`variations`] reports.
 #[must_use]
 pub fn variations_steps(worlds: u32) -> u64 {
     changes().count() as u64 * u64::from(worlds)

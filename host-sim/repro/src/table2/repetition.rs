@@ -16,7 +16,7 @@ use std::sync::Arc;
 /// The sets of sensors of \[001\] §6.2: "systems with 3, 4, and 5 sensors".
 const SENSOR_SETS: [&str; 3] = ["3", "4", "5"];
 
-/// What makes a grid of a run's readings.
+/// A method that makes a grid from a run's readings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Estimator {
     /// A fusion method.
@@ -77,7 +77,7 @@ enum Readings {
 }
 
 impl Metric {
-    /// The distance between what an estimator makes of perfect readings and the landmarks of the same
+    /// The distance between an estimator's grid of perfect readings and the landmarks of the same
     /// readings: the part of the error that no sensor causes.
     pub(super) const FLOOR: Self = Self {
         readings: Readings::Perfect,
