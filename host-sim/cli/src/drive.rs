@@ -1,7 +1,7 @@
 //! `certainty drive`: a robot drives to its goal while its sensors fail, \[004\] §4.
 
 use super::drive_study;
-use super::maps::{metres_of, outlines_of_map, outlines_of_world};
+use super::maps::{metres_of, track_plan};
 use super::options::{CommonOptions, Jobs, Name, OrNone, given, named};
 use super::output::Failure;
 use super::output::Report;
@@ -11,7 +11,7 @@ use certainty_core::units::Point;
 use certainty_repro::drive_study::Study;
 use certainty_sim::export::{ExportError, OutDir, display_path};
 use certainty_sim::fault::{Defect, FaultSpec, SensorName, SpecError};
-use certainty_sim::plot::{Axis, Line, LineChart, Span, Spot, TrackChart};
+use certainty_sim::plot::{Axis, Ink, Layer, Line, LineChart, Plan, Span};
 use certainty_sim::quantity::{self, Excerpt};
 use certainty_sim::robot::drive::{Event, EventKind, EventSource, LONGEST_MS, Step};
 use certainty_sim::robot::sensors::NAMES;
@@ -516,29 +516,19 @@ fn faults_text(drive: &Drive) -> String {
     format!("{} faults of {names}", faults.len())
 }
 
-fn track(drive: &Drive, outcome: &Outcome) -> TrackChart {
+fn track(drive: &Drive, outcome: &Outcome) -> Plan {
     let course = &drive.course;
     let mut points = vec![metres_of(course.start.at)];
     points.extend(outcome.steps.iter().map(|step| metres_of(step.pose.at)));
     let rules = drive.pilot.rules();
-    let radius_m = f64::from(rules.config().goal_radius.get()) / 1000.0;
-    let map = outcome.map.as_ref();
-    let cells = map.map(|(geometry, cells)| outlines_of_map(geometry, cells));
-    TrackChart {
-        title: title("Track", drive),
-        unit: "m".into(),
-        obstacles: outlines_of_world(&course.world),
-        cells: cells.unwrap_or_default(),
-        tracks: vec![Line::new("robot", points)],
-        spots: vec![
-            Spot::new("start", metres_of(course.start.at)),
-            Spot::new(
-                &format!("goal (within {radius_m} m)"),
-                metres_of(course.goal),
-            )
-            .within(radius_m),
-        ],
-    }
+    track_plan(
+        title("Track", drive),
+        &course.world,
+        outcome.map.as_ref(),
+        [Layer::new("robot", Ink::Solid, vec![points])],
+        course.start.at,
+        (course.goal, rules.config().goal_radius.get()),
+    )
 }
 
 /// Returns the times of the faults; faults of the same time share a span.

@@ -1,4 +1,4 @@
-//! Maps in the terminal, in pictures and in track charts.
+//! Maps in the terminal, in pictures and in plans of tracks.
 
 use super::output::Failure;
 use anstyle::{AnsiColor, Style};
@@ -6,6 +6,7 @@ use certainty_core::certainty::Certainty;
 use certainty_core::fusion::Geometry;
 use certainty_core::units::Point;
 use certainty_sim::export::{CellState, MapImage, write_colour_png};
+use certainty_sim::plot::{Ink, Layer, Plan};
 use certainty_sim::simulation::Truth;
 use certainty_sim::world::World;
 use core::num::NonZeroU32;
@@ -177,7 +178,7 @@ pub(super) fn overview(
     })
 }
 
-/// Returns a place in metres, as a track chart draws it.
+/// Returns a place in metres, as a plan draws it.
 pub(super) fn metres_of(point: Point) -> (f64, f64) {
     metres((f64::from(point.x_mm()), f64::from(point.y_mm())))
 }
@@ -186,8 +187,40 @@ fn metres((x, y): (f64, f64)) -> (f64, f64) {
     (x / 1000.0, y / 1000.0)
 }
 
+/// Returns the plan of a run: the obstacles, the map's occupied cells if there is a map, the tracks, the
+/// start, and the goal as the circle of radius `goal.1`, in millimetres, within which it is reached.
+pub(super) fn track_plan(
+    title: String,
+    world: &World,
+    map: Option<&(Geometry, Vec<Certainty>)>,
+    tracks: impl IntoIterator<Item = Layer>,
+    start: Point,
+    goal: (Point, u32),
+) -> Plan {
+    let cells = map.map(|(geometry, cells)| outlines_of_map(geometry, cells));
+    let cells = cells.map(|cells| Layer::new("occupied in the map", Ink::Cells, cells));
+    let ((x, y), radius) = (metres_of(goal.0), f64::from(goal.1) / 1000.0);
+    let angles = (0..=64).map(|part| f64::from(part) / 64.0 * core::f64::consts::TAU);
+    let circle = angles.map(|angle| (x + radius * angle.cos(), y + radius * angle.sin()));
+    let goal = format!("goal (within {radius} m)");
+    let mut layers = vec![Layer::new(
+        "obstacle",
+        Ink::Obstacle,
+        outlines_of_world(world),
+    )];
+    layers.extend(cells);
+    layers.extend(tracks);
+    layers.push(Layer::new(
+        "start",
+        Ink::Marks,
+        vec![vec![metres_of(start)]],
+    ));
+    layers.push(Layer::new(&goal, Ink::Solid, vec![circle.collect()]));
+    Plan { title, layers }
+}
+
 /// Returns the obstacles' outlines in metres.
-pub(super) fn outlines_of_world(world: &World) -> Vec<Vec<(f64, f64)>> {
+fn outlines_of_world(world: &World) -> Vec<Vec<(f64, f64)>> {
     let outlines = world.obstacles().iter().map(|obstacle| {
         let outline = obstacle.outline();
         outline.into_iter().map(metres).collect()
@@ -196,7 +229,7 @@ pub(super) fn outlines_of_world(world: &World) -> Vec<Vec<(f64, f64)>> {
 }
 
 /// Returns the outlines in metres of the cells above the middle between *uncertain* and *occupied*.
-pub(super) fn outlines_of_map(geometry: &Geometry, cells: &[Certainty]) -> Vec<Vec<(f64, f64)>> {
+fn outlines_of_map(geometry: &Geometry, cells: &[Certainty]) -> Vec<Vec<(f64, f64)>> {
     let half = f64::from(geometry.cell_size().get()) / 2000.0;
     let corners = [(-half, -half), (half, -half), (half, half), (-half, half)];
     let known = geometry.iter().zip(cells);

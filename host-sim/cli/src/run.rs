@@ -1,8 +1,6 @@
 //! `certainty run`: the firmware's application on a backend.
 
-use super::maps::{
-    Mark, Panel, map_image, metres_of, outlines_of_map, outlines_of_world, side_by_side,
-};
+use super::maps::{Mark, Panel, map_image, metres_of, side_by_side, track_plan};
 use super::options::{CommonOptions, OrNone, given, named, no_directory, world};
 use super::output::Failure;
 use super::output::{self, Report};
@@ -21,7 +19,7 @@ use certainty_sim::backend::{
 };
 use certainty_sim::bench::{Bench, BenchFault, BenchSetup, GroundTruth};
 use certainty_sim::export::{ExportError, OutDir, display_path, write_grey_png};
-use certainty_sim::plot::{Line, Spot, TrackChart};
+use certainty_sim::plot::{Ink, Layer};
 use certainty_sim::quantity;
 use certainty_sim::simulation::{Profile, Reference, Score};
 use certainty_sim::transducer::SensorSet;
@@ -511,28 +509,18 @@ impl<'a> Journey<'a> {
         if self.rounds_moved() == 0 {
             return Ok(Vec::new());
         }
-        let cells = map.map(|(geometry, cells)| outlines_of_map(geometry, cells));
-        let truly = self.ground_truth.iter().map(|stage| stage.pose);
-        let estimated = self.drives.iter().map(|drive| drive.pose);
-        let line = |name: &str, poses: &mut dyn Iterator<Item = Pose>| {
-            Line::new(name, poses.map(|pose| metres_of(pose.at)).collect())
-        };
-        let radius = CONTROL.config().goal_radius.get();
-        let chart = TrackChart {
-            title: "Track of the Smart Car".into(),
-            unit: "m".into(),
-            obstacles: outlines_of_world(world),
-            cells: cells.unwrap_or_default(),
-            tracks: vec![
-                line("car", &mut { truly }),
-                line("by its odometry", &mut { estimated }).dashed(),
-            ],
-            spots: vec![
-                Spot::new("start", metres_of(POSE.at)),
-                Spot::new(&format!("goal (within {radius}mm)"), metres_of(GOAL))
-                    .within(f64::from(radius) / 1000.0),
-            ],
-        };
-        chart.write(out, "run-track").map(Vec::from)
+        let truly = self
+            .ground_truth
+            .iter()
+            .map(|stage| metres_of(stage.pose.at));
+        let estimated = self.drives.iter().map(|drive| metres_of(drive.pose.at));
+        let tracks = [
+            Layer::new("car", Ink::Solid, vec![truly.collect()]),
+            Layer::new("by its odometry", Ink::Dashed, vec![estimated.collect()]),
+        ];
+        let title = "Track of the Smart Car".into();
+        let goal = (GOAL, CONTROL.config().goal_radius.get());
+        let plan = track_plan(title, world, map, tracks, POSE.at, goal);
+        plan.write(out, "run-track").map(Vec::from)
     }
 }

@@ -7,11 +7,9 @@
 mod compare;
 mod files;
 mod map_image;
-mod picture;
 mod ros_map;
 
 pub use compare::{CompareError, Comparison, compare};
 pub use files::{ExportError, OutDir, display_path};
-pub use map_image::{CellState, ImageError, MapImage};
-pub use picture::{write_colour_png, write_grey_png};
+pub use map_image::{CellState, ImageError, MapImage, write_colour_png, write_grey_png};
 pub use ros_map::{MapError, RosMap, RosMapFiles, write_ros_map};

@@ -1,16 +1,61 @@
-//! What every chart has around its data: title, legend, axes, grid.
+//! The picture, and what every chart has around its data: title, legend, axes, grid.
+//!
+//! Everything is drawn at [`FINE`] times the picture's size. The bitmap is then averaged down, so
+//! that all edges are smooth; the SVG is scaled by its view box. Lengths here are in drawn pixels.
 
-use super::axis::Scale;
-use super::canvas::{Area, Drawn, FINE, HEIGHT, WIDTH, fitted, text, width};
+use crate::export::{ExportError, OutDir};
+use core::ops::Range;
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+use image::{ExtendedColorType, ImageEncoder, RgbImage, imageops};
 use plotters::chart::ChartContext;
+use plotters::coord::Shift;
 use plotters::coord::cartesian::Cartesian2d;
-use plotters::element::{Circle, DashedPathElement, PathElement, Polygon, Rectangle};
-use plotters::prelude::{ChartBuilder, DrawingBackend};
-use plotters::style::text_anchor::{HPos, VPos};
-use plotters::style::{Color, RGBColor, ShapeStyle};
+use plotters::coord::types::RangedCoordf64;
+use plotters::drawing::DrawingAreaErrorKind;
+use plotters::element::{Circle, DashedPathElement, PathElement, Polygon, Rectangle, Text};
+use plotters::prelude::{
+    BitMapBackend, ChartBuilder, DrawingArea, DrawingBackend, IntoDrawingArea, SVGBackend,
+};
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plotters::style::{
+    Color, FontDesc, FontFamily, FontStyle, FontTransform, RGBAColor, RGBColor, ShapeStyle,
+    TextStyle, register_font,
+};
+use plotters_backend::{BackendColor, BackendCoord, BackendTextStyle, DrawingErrorKind};
+use std::io;
+use std::path::PathBuf;
+use std::sync::Once;
 
-/// Behind everything.
-pub(super) const PAPER: RGBColor = RGBColor(255, 255, 255);
+/// How many drawn pixels make one pixel of the picture, along each side.
+const FINE: u32 = 2;
+const WIDTH: i32 = 1600 * FINE as i32;
+const HEIGHT: i32 = 1000 * FINE as i32;
+pub(super) const SIZE: (u32, u32) = (WIDTH as u32, HEIGHT as u32);
+
+const MARGIN: i32 = 72;
+/// Where the data begin on the left and end on the right.
+const LEFT: i32 = 340;
+const RIGHT: i32 = 3088;
+/// Sizes of letters, in pixels an em.
+const TITLE: i32 = 68;
+const AXIS_TITLE: i32 = 52;
+const LABEL: i32 = 48;
+/// From a row of the legend, or of the shaded intervals, to the next.
+const LEGEND_ROW: i32 = 76;
+pub(super) const SPAN_ROW: i32 = 62;
+const SIGN_WIDTH: i32 = 96;
+/// More entries would leave little of the chart.
+const MOST_LEGEND_ENTRIES: usize = 18;
+/// Where the legend begins, below the title.
+const LEGEND_TOP: i32 = MARGIN + TITLE * 13 / 10;
+/// What is left of a number at the y axis.
+const LONGEST_TICK: i32 = LEFT - MARGIN - AXIS_TITLE - 24;
+/// What is left of a name on the x axis that runs upwards.
+const LONGEST_NAME: i32 = 680;
+/// About how many ticks each axis has.
+const TICKS: [usize; 2] = [11, 7];
+
+const PAPER: RGBColor = RGBColor(255, 255, 255);
 /// Text.
 pub(super) const INK: RGBColor = RGBColor(34, 34, 34);
 /// Axes, and what is not data.
@@ -34,398 +79,631 @@ pub(super) const fn series(index: usize) -> RGBColor {
     SERIES[index % SERIES.len()]
 }
 
-/// About how many ticks the x axis has.
-pub(super) const X_TICKS: u32 = 10;
-/// About how many ticks the y axis has.
-pub(super) const Y_TICKS: u32 = 7;
+/// A drawing in drawn pixels from the top left.
+pub(super) type Area<D> = DrawingArea<D, Shift>;
 
-// All in pixels of the picture.
-const MARGIN: f64 = 36.0;
-const TITLE: f64 = 34.0;
-const AXIS_TITLE: f64 = 26.0;
-/// Size of a label, in pixels an em.
-pub(super) const LABEL: f64 = 24.0;
-const LEGEND_ROW: f64 = 38.0;
-/// More rows would leave little of the chart.
-const MOST_LEGEND_ROWS: usize = 6;
-const SIGN_WIDTH: f64 = 48.0;
-/// What is left of a label of the y axis, and of an upright one of the x axis.
-const LONGEST_LABEL: f64 = 280.0;
+/// What drawing on `D` comes to.
+pub(super) type Drawn<D, T = ()> =
+    Result<T, DrawingAreaErrorKind<<D as DrawingBackend>::ErrorType>>;
 
 /// A place in the data, in the axes' units.
 pub(super) type Place = (f64, f64);
+
+/// Something that is drawn on any backend.
+pub(super) trait Draw {
+    fn draw<D: DrawingBackend>(&self, area: &Area<D>) -> Drawn<D>;
+}
+
+/// Writes `chart` as `STEM.png` and `STEM.svg`.
+pub(super) fn write(
+    chart: &impl Draw,
+    out: &OutDir,
+    stem: &str,
+) -> Result<[PathBuf; 2], ExportError> {
+    let png = out.write(&format!("{stem}.png"), |file| {
+        let pixels = pixels(chart)?;
+        PngEncoder::new_with_quality(file, CompressionType::Default, FilterType::Adaptive)
+            .write_image(
+                &pixels,
+                pixels.width(),
+                pixels.height(),
+                ExtendedColorType::Rgb8,
+            )
+            .map_err(io::Error::other)
+    })?;
+    let svg = out.write(&format!("{stem}.svg"), |file| {
+        file.write_all(svg(chart)?.as_bytes())
+    })?;
+    Ok([png, svg])
+}
+
+/// The SVG document that shows `chart`; its texts stay texts.
+pub(super) fn svg(chart: &impl Draw) -> io::Result<String> {
+    let mut text = String::new();
+    let area = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
+    chart.draw(&area).map_err(io::Error::other)?;
+    area.present().map_err(io::Error::other)?;
+    drop(area);
+    let size = |fine: u32| format!("width=\"{}\" height=\"{}\"", SIZE.0 / fine, SIZE.1 / fine);
+    // The view box keeps the drawn size.
+    Ok(text.replacen(&size(1), &size(FINE), 1))
+}
+
+/// The picture of `chart`.
+pub(super) fn pixels(chart: &impl Draw) -> io::Result<RgbImage> {
+    let mut drawn = RgbImage::new(SIZE.0, SIZE.1);
+    let area = Bitmap(BitMapBackend::with_buffer(&mut drawn, SIZE)).into_drawing_area();
+    chart.draw(&area).map_err(io::Error::other)?;
+    area.present().map_err(io::Error::other)?;
+    drop(area);
+    Ok(imageops::thumbnail(&drawn, SIZE.0 / FINE, SIZE.1 / FINE))
+}
+
+/// The bitmap of `plotters`, with lines in single pieces and texts where an SVG viewer puts them.
+struct Bitmap<'a>(BitMapBackend<'a>);
+
+type Done<'a> = Result<(), DrawingErrorKind<<BitMapBackend<'a> as DrawingBackend>::ErrorType>>;
+
+impl<'a> DrawingBackend for Bitmap<'a> {
+    type ErrorType = <BitMapBackend<'a> as DrawingBackend>::ErrorType;
+
+    fn get_size(&self) -> (u32, u32) {
+        self.0.get_size()
+    }
+
+    fn ensure_prepared(&mut self) -> Done<'a> {
+        self.0.ensure_prepared()
+    }
+
+    fn present(&mut self) -> Done<'a> {
+        self.0.present()
+    }
+
+    fn draw_pixel(&mut self, at: BackendCoord, colour: BackendColor) -> Done<'a> {
+        self.0.draw_pixel(at, colour)
+    }
+
+    /// Draws each piece of a thick line apart, with round joints: `plotters` fills the outline of the
+    /// whole line, which leaves holes where it meets itself.
+    fn draw_path<S: plotters_backend::BackendStyle, I: IntoIterator<Item = BackendCoord>>(
+        &mut self,
+        path: I,
+        style: &S,
+    ) -> Done<'a> {
+        let points: Vec<BackendCoord> = path.into_iter().collect();
+        for piece in points.windows(2) {
+            self.0.draw_path(piece.iter().copied(), style)?;
+        }
+        if style.stroke_width() > FINE && points.len() > 2 {
+            for &joint in &points[1..points.len() - 1] {
+                self.0
+                    .draw_circle(joint, style.stroke_width() / 2, style, true)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Draws `text` lower than `plotters` does, by the difference of its base line from an SVG's.
+    fn draw_text<S: BackendTextStyle>(
+        &mut self,
+        text: &str,
+        style: &S,
+        (x, y): BackendCoord,
+    ) -> Done<'a> {
+        let (dx, dy) = style.transform().transform(0, (style.size() * 0.15) as i32);
+        self.0.draw_text(text, style, (x + dx, y + dy))
+    }
+}
+
+/// The font of all charts, reduced to the characters that they use; see the README beside it.
+const FONT_FILE: &[u8] = include_bytes!("../../data/chart-font.ttf");
+
+/// What an SVG requests: the font itself, then those of the same widths.
+const FAMILY: &str = "DejaVu Sans, Verdana, sans-serif";
+
+/// `plotters` writes a font size into an SVG divided by this.
+const PLOTTERS_EM: f64 = 1.24;
+
+/// The font at `em` drawn pixels an em.
+fn font(em: i32) -> FontDesc<'static> {
+    static REGISTERED: Once = Once::new();
+    REGISTERED.call_once(|| {
+        let registered = register_font(FAMILY, FontStyle::Normal, FONT_FILE);
+        assert!(registered.is_ok(), "the font file is valid");
+    });
+    FontDesc::new(
+        FontFamily::Name(FAMILY),
+        f64::from(em) * PLOTTERS_EM,
+        FontStyle::Normal,
+    )
+}
+
+/// The style of a text of which the point that is named is placed.
+fn style(em: i32, horizontal: HPos, vertical: VPos) -> TextStyle<'static> {
+    font(em).color(&INK).pos(Pos::new(horizontal, vertical))
+}
+
+/// How wide `text` is, in drawn pixels, at `em` drawn pixels an em.
+pub(super) fn width(text: &str, em: i32) -> i32 {
+    font(em).box_size(text).map_or(0, |(width, _)| width as i32)
+}
+
+/// `text` shortened to `room` drawn pixels at `em`, its end replaced by `…`.
+///
+/// Control characters become blanks; characters that XML forbids become U+FFFD.
+fn fitted(text: &str, em: i32, room: i32) -> String {
+    let drawn = text.chars().map(|c| match c {
+        c if c.is_control() => ' ',
+        '\u{FFFE}' | '\u{FFFF}' => '\u{FFFD}',
+        c => c,
+    });
+    // No room holds more characters.
+    let mut kept: String = drawn.take(300).collect();
+    if width(&kept, em) <= room {
+        return kept;
+    }
+    while !kept.is_empty() && width(&kept, em) + width("…", em) > room {
+        kept.pop();
+    }
+    kept.trim_end().to_owned() + "…"
+}
 
 /// How a line is drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Stroke {
     pub colour: RGBColor,
-    /// In pixels.
-    pub width: f64,
+    pub width: u32,
     pub dashed: bool,
 }
 
 impl Stroke {
     /// A stroke without dashes.
-    pub(super) const fn solid(colour: RGBColor, width: f64) -> Self {
+    pub(super) const fn solid(colour: RGBColor, width: u32) -> Self {
         Self {
             colour,
             width,
             dashed: false,
         }
     }
+}
 
-    fn style(self) -> ShapeStyle {
-        self.colour.stroke_width(drawn(self.width).unsigned_abs())
+/// What an axis shows, its unit, and how far it reaches.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Axis {
+    title: String,
+    from: Option<f64>,
+    to: Option<f64>,
+    /// A value that the axis reaches in any case.
+    including: Option<f64>,
+}
+
+/// The largest value that is drawn; its labels are still short.
+pub(super) const LARGEST: f64 = 1e12;
+
+impl Axis {
+    /// Creates an axis of `quantity` in `unit`: "error", "mm" is written *error (mm)*.
+    #[must_use]
+    pub fn new(quantity: &str, unit: &str) -> Self {
+        Self::counting(&format!("{quantity} ({unit})"))
     }
+
+    /// Creates an axis of counts of `things`, or of numbers without unit.
+    ///
+    /// It does not always begin at 0; see [`Self::including`].
+    #[must_use]
+    pub fn counting(things: &str) -> Self {
+        Self {
+            title: things.to_owned(),
+            from: None,
+            to: None,
+            including: None,
+        }
+    }
+
+    /// Begins the axis at `value` whatever the data; smaller values are drawn at its beginning.
+    #[must_use]
+    pub fn from(self, value: f64) -> Self {
+        Self {
+            from: Some(value),
+            ..self
+        }
+    }
+
+    /// Ends the axis at `value` whatever the data; larger values are drawn at its end.
+    #[must_use]
+    pub fn to(self, value: f64) -> Self {
+        Self {
+            to: Some(value),
+            ..self
+        }
+    }
+
+    /// Extends the axis to `value`, such as 0, if the data do not reach it.
+    #[must_use]
+    pub fn including(self, value: f64) -> Self {
+        Self {
+            including: Some(value),
+            ..self
+        }
+    }
+
+    /// The text at the axis.
+    pub(super) fn title(&self) -> &str {
+        &self.title
+    }
+
+    /// The range that shows `values` within ±1e12: 5 % wider than they are at an end that is neither
+    /// set nor 0; from 0 to 1 without any value.
+    pub(super) fn range(&self, values: impl Iterator<Item = f64>) -> Range<f64> {
+        let bounded = |value: f64| value.clamp(-LARGEST, LARGEST);
+        let values = values
+            .chain(self.including)
+            .filter(|value| value.is_finite());
+        let ends = values
+            .map(bounded)
+            .fold(None, |ends: Option<Place>, value| {
+                let (low, high) = ends.unwrap_or((value, value));
+                Some((low.min(value), high.max(value)))
+            });
+        let set = [self.from, self.to].map(|end| end.filter(|end| end.is_finite()).map(bounded));
+        let (low, high) = ends.unwrap_or_else(|| {
+            let low = set[0].or(set[1].map(|to| to - 1.0)).unwrap_or(0.0);
+            (low, low + 1.0)
+        });
+        let [low, high] = [set[0].unwrap_or(low), set[1].unwrap_or(high)];
+        let (low, high) = (low.min(high), low.max(high));
+        let size = low.abs().max(high.abs());
+        // Ticks closer than a millionth of their value would have long labels.
+        if high - low <= (size * 1e-6).max(1e-6) {
+            let margin = (size / 10.0).max(0.5);
+            return low - margin..high + margin;
+        }
+        let margin = (high - low) * 0.05;
+        let wider = |end: f64, set: Option<f64>, margin: f64| {
+            if set.is_some() || end == 0.0 {
+                end
+            } else {
+                end + margin
+            }
+        };
+        wider(low, set[0], -margin)..wider(high, set[1], margin)
+    }
+}
+
+/// A number at an axis that is `span` long; numbers that would be long have an exponent.
+fn tick(value: f64, span: f64) -> String {
+    // The difference of key points from the multiple of a power of ten.
+    let value = if value.abs() < span * 1e-6 {
+        0.0
+    } else {
+        value
+    };
+    let text = if value != 0.0 && (value.abs() >= 1e6 || span < 0.01) {
+        let rounded = format!("{value:.7e}").parse().unwrap_or(value);
+        format!("{rounded:e}")
+    } else {
+        let text = format!("{value:.4}");
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    };
+    text.replace('-', "−")
 }
 
 /// How a legend shows what it names.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Sign {
     Line(Stroke),
-    Area(RGBColor),
-    /// A dot with a radius in pixels.
-    Dot(RGBColor, f64),
+    Area(RGBAColor),
+    /// A dot with a radius.
+    Dot(RGBColor, i32),
 }
 
 /// The texts around the data.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Texts<'a> {
     pub title: &'a str,
     pub x: &'a str,
     pub y: &'a str,
-    pub legend: &'a [(String, Sign)],
+    pub legend: Vec<(String, Sign)>,
+    /// Names of the equal parts of the x axis, in place of numbers.
+    pub groups: &'a [String],
     /// How many pixels are left free above the data.
-    pub above: f64,
+    pub above: i32,
+    /// The highest count on the y axis: ticks less than 1 apart would not be counts.
+    pub highest_count: Option<f64>,
 }
 
-/// Where the data begin on the left, in pixels.
-pub(super) const LEFT: f64 = 160.0;
-/// Where the data end on the right, in pixels.
-pub(super) const RIGHT: f64 = 1544.0;
+impl Texts<'_> {
+    /// Whether the names of the groups run upwards, and the height of the widest.
+    fn upright(&self) -> Option<i32> {
+        let widest = self.groups.iter().map(|name| width(name, LABEL)).max()?;
+        let room = (RIGHT - LEFT) / self.groups.len() as i32;
+        (widest > room * 94 / 100).then(|| widest.min(LONGEST_NAME))
+    }
 
-/// Where the data are drawn from top to bottom, in pixels.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Layout {
-    pub top: f64,
-    pub bottom: f64,
-    /// Whether the labels of the x axis run upwards.
-    upright: bool,
-}
-
-impl Layout {
-    /// The layout that leaves room for all texts, and for the labels of the x axis.
-    pub(super) fn new(texts: Texts<'_>, x: &Scale) -> Self {
-        let labels = x.ticks.iter().map(|tick| width(&tick.text, LABEL));
-        let widest = labels.fold(0.0, f64::max).min(LONGEST_LABEL);
-        // Names that are too wide for their part of the axis run upwards.
-        let room = (RIGHT - LEFT) / x.ticks.len().max(1) as f64;
-        let upright = x.is_of_names() && widest > room * 0.94;
-        let below = if upright { widest + 12.0 } else { LABEL * 1.6 };
-        let title = if texts.x.is_empty() {
-            0.0
-        } else {
-            AXIS_TITLE * 1.5
-        };
-        let rows = legend(texts.legend)
+    /// Where the data are drawn: the pixels of the upper left and the lower right corner.
+    pub(super) fn corners(&self) -> [BackendCoord; 2] {
+        let legend = placed(&self.legend);
+        let rows = legend
             .last()
-            .map_or(0.0, |entry| entry.row + 1.0);
-        Self {
-            top: LEGEND_TOP + rows * LEGEND_ROW + 16.0 + texts.above,
-            bottom: f64::from(HEIGHT / FINE as i32) - MARGIN - below - title,
-            upright,
-        }
+            .map_or(0, |entry| entry.1.1 - LEGEND_TOP + LEGEND_ROW / 2);
+        let below = self.upright().map_or(LABEL * 16 / 10, |height| height + 24);
+        let title = if self.x.is_empty() {
+            0
+        } else {
+            AXIS_TITLE * 15 / 10
+        };
+        let top = LEGEND_TOP + rows + 32 + self.above;
+        [(LEFT, top), (RIGHT, HEIGHT - MARGIN - below - title)]
     }
 }
 
-/// Where the legend begins, below the title.
-const LEGEND_TOP: f64 = MARGIN + TITLE * 1.3;
-
-/// A name in the legend, its place, and its sign.
-struct Entry {
-    name: String,
-    sign: Option<Sign>,
-    left: f64,
-    row: f64,
-}
+/// A name in the legend, the middle of its sign's left side, and the sign.
+type Entry = (String, BackendCoord, Option<Sign>);
 
 /// Arranges signs and names in rows.
-fn legend(entries: &[(String, Sign)]) -> Vec<Entry> {
-    let (mut at, mut row) = (LEFT, 0);
-    let mut placed = Vec::new();
-    for (number, (name, sign)) in entries.iter().enumerate() {
-        let name = fitted(name, LABEL, 480.0);
-        let needed = SIGN_WIDTH + 12.0 + width(&name, LABEL);
-        if at > LEFT && at + needed > RIGHT {
-            (at, row) = (LEFT, row + 1);
+fn placed(entries: &[(String, Sign)]) -> Vec<Entry> {
+    let more = entries.len().saturating_sub(MOST_LEGEND_ENTRIES);
+    let shown = entries[..entries.len() - more].iter();
+    let shown = shown.map(|(name, sign)| (fitted(name, LABEL, 960), Some(*sign)));
+    let more = (more > 0).then(|| (format!("and {more} more"), None));
+    let (mut left, mut middle) = (LEFT, LEGEND_TOP + LEGEND_ROW / 2);
+    let place = |(name, sign): (String, Option<Sign>)| {
+        let needed = SIGN_WIDTH + 24 + width(&name, LABEL);
+        if left > LEFT && left + needed > RIGHT {
+            (left, middle) = (LEFT, middle + LEGEND_ROW);
         }
-        let full = row + 1 == MOST_LEGEND_ROWS && number + 1 < entries.len();
-        placed.push(Entry {
-            name: if full {
-                format!("and {} more", entries.len() - number)
-            } else {
-                name
-            },
-            sign: (!full).then_some(*sign),
-            left: at,
-            row: row as f64,
-        });
-        if full {
-            break;
-        }
-        at += needed + 36.0;
-    }
-    placed
-}
-
-/// Pixels as drawn pixels.
-pub(super) fn drawn(pixels: f64) -> i32 {
-    (pixels * f64::from(FINE)).round() as i32
+        let at = (left, middle);
+        left += needed + 72;
+        (name, at, sign)
+    };
+    shown.chain(more).map(place).collect()
 }
 
 /// A chart with all but the data.
 pub(super) struct Frame<'a, D: DrawingBackend> {
     area: &'a Area<D>,
-    chart: ChartContext<'a, D, Cartesian2d<Scale, Scale>>,
-    pub layout: Layout,
+    chart: ChartContext<'a, D, Cartesian2d<RangedCoordf64, RangedCoordf64>>,
 }
 
 impl<'a, D: DrawingBackend> Frame<'a, D> {
-    /// Draws the texts around the data, and the grid.
-    pub(super) fn new(area: &'a Area<D>, texts: Texts<'_>, x: &Scale, y: &Scale) -> Drawn<D, Self> {
-        let layout = Layout::new(texts, x);
+    /// Draws the texts around the data, the axes and the grid.
+    pub(super) fn new(
+        area: &'a Area<D>,
+        texts: &Texts<'_>,
+        [x, y]: [Range<f64>; 2],
+    ) -> Drawn<D, Self> {
+        let [(_, top), (_, bottom)] = texts.corners();
+        let [wide, high] = [x.end - x.start, y.end - y.start];
         area.fill(&PAPER)?;
-        let mut builder = ChartBuilder::on(area);
-        builder.margin_left(drawn(LEFT));
-        builder.margin_right(WIDTH - drawn(RIGHT));
-        builder.margin_top(drawn(layout.top));
-        builder.margin_bottom(HEIGHT - drawn(layout.bottom));
-        let mut frame = Self {
-            area,
-            chart: builder.build_cartesian_2d(x.clone(), y.clone())?,
-            layout,
-        };
+        let mut chart = ChartBuilder::on(area)
+            .margin_left(MARGIN)
+            .margin_right(WIDTH - RIGHT)
+            .margin_top(top)
+            .margin_bottom(MARGIN)
+            .x_label_area_size(HEIGHT - MARGIN - bottom)
+            .y_label_area_size(LEFT - MARGIN)
+            .build_cartesian_2d(x, y)?;
+        let along = fitted(texts.x, AXIS_TITLE, RIGHT - LEFT);
+        let upwards = fitted(texts.y, AXIS_TITLE, bottom - top);
+        let named = !texts.groups.is_empty();
+        let most = texts
+            .highest_count
+            .map_or(usize::MAX, |highest| highest as usize + 1);
+        let x_label = |value: &f64| tick(*value, wide);
+        let y_label = |value: &f64| fitted(&tick(*value, high), LABEL, LONGEST_TICK);
+        let mut mesh = chart.configure_mesh();
+        mesh.axis_style(GREY.stroke_width(4))
+            .bold_line_style(GRID.stroke_width(3))
+            .light_line_style(PAPER.mix(0.0))
+            .label_style(font(LABEL).color(&INK))
+            .axis_desc_style(font(AXIS_TITLE).color(&INK))
+            .set_all_tick_mark_size(12)
+            .x_labels(if named { 0 } else { TICKS[0] })
+            .y_labels(TICKS[1].min(most))
+            .x_label_formatter(&x_label)
+            .y_label_formatter(&y_label);
+        if !along.trim().is_empty() {
+            mesh.x_desc(along);
+        }
+        if !upwards.trim().is_empty() {
+            mesh.y_desc(upwards);
+        }
+        mesh.draw()?;
+        let frame = Self { area, chart };
         let title = fitted(texts.title, TITLE, RIGHT - LEFT);
-        let base = (LEFT, MARGIN + TITLE * 0.8);
-        frame.text(&title, TITLE, INK, base, HPos::Left)?;
-        frame.legend(texts.legend)?;
-        frame.grid(x, y)?;
-        frame.axis_titles(texts)?;
+        frame.text(&title, (LEFT, MARGIN), style(TITLE, HPos::Left, VPos::Top))?;
+        frame.legend(&texts.legend)?;
+        frame.groups(texts, bottom)?;
         Ok(frame)
     }
 
-    /// Draws the two axes over the data.
-    pub(super) fn finish(mut self) -> Drawn<D> {
-        let axes = [(0.0, 1.0), (0.0, 0.0), (1.0, 0.0)];
-        let axes = axes.map(|(x, y)| self.corner(x, y)).to_vec();
-        self.pixel_line(axes, Stroke::solid(GREY, 2.0))
+    /// The pixel that shows a place of the data; places beyond the axes are at their ends.
+    pub(super) fn at(&self, (x, y): Place) -> BackendCoord {
+        let within = |value: f64, axis: Range<f64>| value.clamp(axis.start, axis.end);
+        let place = (
+            within(x, self.chart.x_range()),
+            within(y, self.chart.y_range()),
+        );
+        self.chart.backend_coord(&place)
     }
 
-    /// The pixel at these parts of the two axes.
-    pub(super) fn corner(&self, x: f64, y: f64) -> Place {
-        let Layout { top, bottom, .. } = self.layout;
-        (LEFT + (RIGHT - LEFT) * x, bottom - (bottom - top) * y)
-    }
-
-    /// The pixel that shows a place of the data.
-    pub(super) fn pixel(&self, place: Place) -> Place {
-        let (x, y) = self.chart.backend_coord(&place);
-        (
-            f64::from(x) / f64::from(FINE),
-            f64::from(y) / f64::from(FINE),
-        )
-    }
-
-    /// Draws a line through places; a single one is a dot.
-    pub(super) fn line(&mut self, places: Vec<Place>, stroke: Stroke) -> Drawn<D> {
-        let style = stroke.style();
-        match places[..] {
-            [] => Ok(()),
-            [alone] => self.dot(alone, 7.0, stroke.colour),
-            _ if stroke.dashed => {
-                let (dash, gap) = (drawn(14.0), drawn(9.0));
-                let line = DashedPathElement::new(places, dash, gap, style);
-                self.chart.draw_series([line]).map(drop)
-            }
-            _ => self
-                .chart
-                .draw_series([PathElement::new(places, style)])
-                .map(drop),
-        }
-    }
-
-    /// Fills the area within places; opaque at 1.
-    pub(super) fn area(&mut self, places: Vec<Place>, colour: RGBColor, opacity: f64) -> Drawn<D> {
-        if places.len() < 3 {
-            return Ok(());
-        }
-        let area = Polygon::new(places, colour.mix(opacity));
-        self.chart.draw_series([area]).map(drop)
-    }
-
-    /// Fills the rectangle between two opposite corners; opaque at 1.
-    pub(super) fn rectangle(
-        &mut self,
-        corners: [Place; 2],
-        colour: RGBColor,
-        opacity: f64,
-    ) -> Drawn<D> {
-        let style = colour.mix(opacity).filled();
-        self.chart
-            .draw_series([Rectangle::new(corners, style)])
-            .map(drop)
-    }
-
-    /// Draws a filled circle with a radius in pixels.
-    pub(super) fn dot(&mut self, place: Place, radius: f64, colour: RGBColor) -> Drawn<D> {
-        let dot = Circle::new(place, drawn(radius), colour.filled());
-        self.chart.draw_series([dot]).map(drop)
-    }
-
-    /// Fills the rectangle between two opposite corners, in pixels of the picture.
-    pub(super) fn pixel_rectangle(
-        &self,
-        [a, b]: [Place; 2],
-        colour: RGBColor,
-        opacity: f64,
-    ) -> Drawn<D> {
-        let corners = [a, b].map(|(x, y)| (drawn(x), drawn(y)));
-        self.area
-            .draw(&Rectangle::new(corners, colour.mix(opacity).filled()))
-    }
-
-    /// Writes a label at a pixel, shortened to `room` pixels.
-    pub(super) fn label(&self, label: &str, at: Place, room: f64) -> Drawn<D> {
-        self.text(&fitted(label, LABEL, room), LABEL, INK, at, HPos::Left)
+    /// The pixels that show places of the data.
+    pub(super) fn all(&self, places: &[Place]) -> Vec<BackendCoord> {
+        places.iter().map(|&place| self.at(place)).collect()
     }
 
     /// Writes that there is nothing to show.
     pub(super) fn no_data(&self) -> Drawn<D> {
-        self.text("no data", TITLE, GREY, self.corner(0.5, 0.5), HPos::Center)
+        let (x, y) = self.chart.plotting_area().get_pixel_range();
+        let middle = (i32::midpoint(x.start, x.end), i32::midpoint(y.start, y.end));
+        self.text("no data", middle, style(TITLE, HPos::Center, VPos::Center))
     }
 
-    fn pixel_line(&mut self, pixels: Vec<Place>, stroke: Stroke) -> Drawn<D> {
-        let pixels: Vec<_> = pixels
-            .into_iter()
-            .map(|(x, y)| (drawn(x), drawn(y)))
-            .collect();
-        let style = stroke.style();
-        if stroke.dashed {
-            self.area.draw(&DashedPathElement::new(
-                pixels,
-                drawn(14.0),
-                drawn(9.0),
-                style,
-            ))
-        } else {
-            self.area.draw(&PathElement::new(pixels, style))
+    /// Writes `content`, unless it is blank, at the place that the style's anchor names.
+    fn text(&self, content: &str, at: BackendCoord, style: TextStyle<'_>) -> Drawn<D> {
+        if content.trim().is_empty() {
+            return Ok(());
+        }
+        self.area.draw(&Text::new(content, at, style))
+    }
+
+    /// Writes a label from `at` to the right, in its middle's height, shortened to `room`.
+    pub(super) fn label(&self, content: &str, at: BackendCoord, room: i32) -> Drawn<D> {
+        let style = style(LABEL, HPos::Left, VPos::Center);
+        self.text(&fitted(content, LABEL, room), at, style)
+    }
+
+    /// Draws a line through pixels; a single one is a dot.
+    pub(super) fn line(&self, pixels: Vec<BackendCoord>, stroke: Stroke) -> Drawn<D> {
+        let style: ShapeStyle = stroke.colour.stroke_width(stroke.width);
+        match pixels[..] {
+            [] => Ok(()),
+            [alone] => self.dot(alone, 14, stroke.colour),
+            _ if stroke.dashed => self
+                .area
+                .draw(&DashedPathElement::new(pixels, 28, 18, style)),
+            _ => self.area.draw(&PathElement::new(pixels, style)),
         }
     }
 
-    /// Writes a text on its base line.
-    fn text(
-        &self,
-        content: &str,
-        em: f64,
-        colour: RGBColor,
-        (x, base): Place,
-        anchor: HPos,
-    ) -> Drawn<D> {
-        // The anchor at the top lies 0.76 em above the base line.
-        let at = (drawn(x), drawn(base - em * 0.76));
-        let font = (em * f64::from(FINE), colour);
-        text(self.area, content, font, at, (anchor, VPos::Top), false)
+    /// Draws a filled circle.
+    pub(super) fn dot(&self, at: BackendCoord, radius: i32, colour: RGBColor) -> Drawn<D> {
+        self.area.draw(&Circle::new(at, radius, colour.filled()))
     }
 
-    fn legend(&mut self, entries: &[(String, Sign)]) -> Drawn<D> {
-        for entry in legend(entries) {
-            let (left, middle) = (entry.left, LEGEND_TOP + LEGEND_ROW * (entry.row + 0.5));
-            let (right, base) = (left + SIGN_WIDTH, middle + LABEL * 0.2735);
-            match entry.sign {
-                None => {
-                    self.label(&entry.name, (left, base), f64::MAX)?;
-                    continue;
-                }
+    /// Fills the area within pixels.
+    pub(super) fn fill(&self, pixels: Vec<BackendCoord>, colour: RGBAColor) -> Drawn<D> {
+        if pixels.len() < 3 {
+            return Ok(());
+        }
+        self.area.draw(&Polygon::new(pixels, colour))
+    }
+
+    /// Fills the rectangle between two opposite corners.
+    pub(super) fn rectangle(&self, corners: [BackendCoord; 2], colour: RGBAColor) -> Drawn<D> {
+        self.area.draw(&Rectangle::new(corners, colour.filled()))
+    }
+
+    fn legend(&self, entries: &[(String, Sign)]) -> Drawn<D> {
+        for (name, (left, middle), sign) in placed(entries) {
+            let right = left + SIGN_WIDTH;
+            match sign {
+                None => {}
                 Some(Sign::Line(stroke)) => {
-                    self.pixel_line(vec![(left, middle), (right, middle)], stroke)?;
+                    self.line(vec![(left, middle), (right, middle)], stroke)?;
                 }
                 Some(Sign::Dot(colour, radius)) => {
-                    let at = (drawn(f64::midpoint(left, right)), drawn(middle));
-                    self.area
-                        .draw(&Circle::new(at, drawn(radius), colour.filled()))?;
+                    self.dot((i32::midpoint(left, right), middle), radius, colour)?;
                 }
                 Some(Sign::Area(colour)) => {
-                    let corners = [(left, middle - 11.0), (right, middle + 11.0)];
-                    self.pixel_rectangle(corners, colour, 1.0)?;
+                    self.rectangle([(left, middle - 22), (right, middle + 22)], colour)?;
                 }
             }
-            self.label(&entry.name, (right + 12.0, base), f64::MAX)?;
+            self.label(&name, (right + 24, middle), i32::MAX)?;
         }
         Ok(())
     }
 
-    fn grid(&mut self, x: &Scale, y: &Scale) -> Drawn<D> {
-        let stroke = Stroke::solid(GRID, 1.5);
-        for tick in &y.ticks {
-            let (left, height) = self.corner(0.0, y.part(tick.value));
-            self.pixel_line(vec![(left, height), (RIGHT, height)], stroke)?;
-            let base = (left - 12.0, height + LABEL * 0.36);
-            let label = fitted(&tick.text, LABEL, LEFT - MARGIN - AXIS_TITLE * 1.2 - 12.0);
-            self.text(&label, LABEL, INK, base, HPos::Right)?;
+    /// Writes the names below the groups, as many as there is room for.
+    fn groups(&self, texts: &Texts<'_>, bottom: i32) -> Drawn<D> {
+        let (room, style) = match texts.upright() {
+            Some(height) => (
+                height,
+                style(LABEL, HPos::Right, VPos::Center).transform(FontTransform::Rotate270),
+            ),
+            None => (RIGHT, style(LABEL, HPos::Center, VPos::Top)),
+        };
+        let step = (LABEL as usize * texts.groups.len()).div_ceil((RIGHT - LEFT) as usize);
+        for (number, name) in texts.groups.iter().enumerate().step_by(step.max(1)) {
+            let at = (self.at((number as f64 + 0.5, 0.0)).0, bottom + 24);
+            self.text(&fitted(name, LABEL, room), at, style.clone())?;
         }
-        let bottom = self.layout.bottom;
-        let mut taken = f64::NEG_INFINITY;
-        for tick in &x.ticks {
-            let (at, _) = self.corner(x.part(tick.value), 0.0);
-            if !x.is_of_names() {
-                self.pixel_line(vec![(at, bottom), (at, self.layout.top)], stroke)?;
-            }
-            let upright = self.layout.upright;
-            let room = if upright { LONGEST_LABEL } else { f64::MAX };
-            let label = fitted(&tick.text, LABEL, room);
-            // How much of the axis the label covers; a label without room is left out.
-            let half = if upright {
-                LABEL * 0.5
-            } else {
-                width(&label, LABEL) / 2.0
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn font_has_every_character_of_charts() {
+        let shape = |c: char| {
+            let mut pixels = Vec::new();
+            let draw = |x, y, alpha: f32| {
+                pixels.push((x, y, alpha.to_bits()));
+                Ok::<(), ()>(())
             };
-            // The last label of numbers with many digits ends at the picture's edge.
-            let at = at.min(f64::from(WIDTH / FINE as i32) - half - 4.0);
-            if at - half < taken {
-                continue;
-            }
-            taken = at + half + 4.0;
-            if upright {
-                let font = (LABEL * f64::from(FINE), INK);
-                let at = (drawn(at), drawn(bottom + 12.0));
-                text(
-                    self.area,
-                    &label,
-                    font,
-                    at,
-                    (HPos::Right, VPos::Center),
-                    true,
-                )?;
-            } else {
-                let base = (at, bottom + LABEL * 1.4);
-                self.text(&label, LABEL, INK, base, HPos::Center)?;
-            }
+            font(LABEL)
+                .draw(&c.to_string(), (0, 0), draw)
+                .unwrap()
+                .unwrap();
+            pixels
+        };
+        let missing = shape('\u{4E00}');
+        for c in ('!'..='~').chain("°±²³µ·×äöüßÄÖÜσμΔαβ–—…−≈≤≥→∞".chars())
+        {
+            assert_ne!(shape(c), missing, "{c}");
         }
-        Ok(())
     }
 
-    fn axis_titles(&self, texts: Texts<'_>) -> Drawn<D> {
-        let Layout { top, bottom, .. } = self.layout;
-        let along = fitted(texts.x, AXIS_TITLE, RIGHT - LEFT);
-        let height = f64::from(HEIGHT / FINE as i32);
-        let base = (
-            f64::midpoint(LEFT, RIGHT),
-            height - MARGIN + AXIS_TITLE * 0.2,
+    #[test]
+    fn text_without_room_ends_in_dots() {
+        assert_eq!(fitted("short", 40, 500), "short");
+        let long = fitted("a title that is longer than its room", 40, 300);
+        assert!(long.starts_with("a title") && long.ends_with('…'), "{long}");
+        assert!(width(&long, 40) <= 300, "{long}");
+        assert_eq!(fitted("a\nb\u{1b}\u{FFFF}", 40, 500), "a b \u{FFFD}");
+        assert_eq!(fitted("m", 40, 1), "…");
+    }
+
+    #[test]
+    fn ticks_have_as_few_digits_as_they_need() {
+        for (value, span, text) in [
+            (0.0, 1.0, "0"),
+            (-1e-17, 1.0, "0"),
+            (0.1 + 0.2, 1.0, "0.3"),
+            (-20.0, 50.0, "−20"),
+            (250_000.0, 1e6, "250000"),
+            (1_200_000_000.000_000_2, 1e9, "1.2e9"),
+            (2e-7, 1e-6, "2e−7"),
+        ] {
+            assert_eq!(tick(value, span), text);
+        }
+    }
+
+    #[test]
+    fn axis_is_wider_than_its_values() {
+        let axis = Axis::new("share", "%");
+        let range = |axis: &Axis, values: &[f64]| axis.range(values.iter().copied());
+        assert_eq!(axis.title(), "share (%)");
+        assert_eq!(range(&axis, &[10.0, 30.0]), 9.0..31.0);
+        assert_eq!(range(&axis.clone().including(0.0), &[40.0]), 0.0..42.0);
+        assert_eq!(
+            range(&axis.clone().from(0.0).to(90.0), &[40.0, 400.0]),
+            0.0..90.0
         );
-        self.text(&along, AXIS_TITLE, INK, base, HPos::Center)?;
-        let up = fitted(texts.y, AXIS_TITLE, bottom - top);
-        let at = (drawn(MARGIN), drawn(f64::midpoint(top, bottom)));
-        let font = (AXIS_TITLE * f64::from(FINE), INK);
-        text(self.area, &up, font, at, (HPos::Center, VPos::Top), true)
+        assert_eq!(range(&axis, &[5.0]), 4.5..5.5);
+        assert_eq!(range(&axis, &[f64::NAN]), 0.0..1.05);
+    }
+
+    proptest! {
+        #[test]
+        fn any_values_have_an_axis(
+            values in prop::collection::vec(any::<f64>(), 0..4),
+            from in prop::option::of(any::<f64>()),
+            to in prop::option::of(any::<f64>()),
+        ) {
+            let axis = Axis { from, to, ..Axis::counting("x") };
+            let range = axis.range(values.iter().copied());
+            let size = range.start.abs().max(range.end.abs());
+            prop_assert!(range.end - range.start > size * 1e-7, "{range:?}");
+            if from.is_none() && to.is_none() {
+                let finite = values.into_iter().filter(|value| value.is_finite());
+                let mut shown = finite.map(|value| value.clamp(-LARGEST, LARGEST));
+                prop_assert!(shown.all(|value| range.contains(&value) || range.end == value));
+            }
+        }
     }
 }

@@ -38,11 +38,7 @@ pub fn draw(
         .points()
         .map(|point| (f64::from(point.x_mm()) / 1e3, f64::from(point.y_mm()) / 1e3))
         .collect();
-    let layer = |name: &str, ink, runs| Layer {
-        name: name.to_owned(),
-        ink,
-        runs,
-    };
+    let layer = Layer::new;
     let walls = || layer("wall", Ink::Solid, outline(ElementKind::Wall));
     let pseudo = || {
         layer(
