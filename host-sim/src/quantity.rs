@@ -6,6 +6,7 @@
 use certainty_core::health::Confidence;
 use certainty_core::units::{BinaryAngle, Millimeters, Point, Ticks};
 use core::fmt;
+use core::num::NonZeroU32;
 use thiserror::Error;
 
 /// A displacement along a line, in millimetres, of either sign.
@@ -61,6 +62,43 @@ impl Percentage {
 impl fmt::Display for Percentage {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}%", self.0)
+    }
+}
+
+/// The field of view of a sensor that looks in several directions.
+///
+/// Units and range: 1 to 360,000 thousandths of a degree; possession proves that it is not 0.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct FieldOfView(NonZeroU32);
+
+impl FieldOfView {
+    /// A full turn.
+    const TURN: u32 = 360_000;
+
+    /// Creates a field of view; more than a full turn is a full turn, and 0 is `None`.
+    #[must_use]
+    pub const fn try_new(millidegrees: u32) -> Option<Self> {
+        let within = if millidegrees < Self::TURN {
+            millidegrees
+        } else {
+            Self::TURN
+        };
+        match NonZeroU32::new(within) {
+            Some(millidegrees) => Some(Self(millidegrees)),
+            None => None,
+        }
+    }
+
+    /// Returns the field of view in degrees, at most 360.
+    #[must_use]
+    pub fn degrees(self) -> f64 {
+        f64::from(self.0.get()) / 1000.0
+    }
+}
+
+impl fmt::Display for FieldOfView {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}deg", self.degrees())
     }
 }
 
@@ -143,6 +181,13 @@ const OPENING: Kind = Kind {
     most: 179.99,
     most_written: "179.99deg",
     example: "an opening angle such as 15deg, 20deg or 0.5rad",
+    signed: false,
+    ..ANGLE
+};
+
+const FIELD_OF_VIEW: Kind = Kind {
+    most_written: "36000deg",
+    example: "a field of view such as 180deg, 270deg or 6.3rad",
     signed: false,
     ..ANGLE
 };
@@ -266,6 +311,20 @@ pub fn opening(text: &str) -> Result<BinaryAngle, QuantityError> {
         .map(|degrees| BinaryAngle::from_millidegrees((degrees * 1000.0).round() as i32))
 }
 
+/// Parses a field of view in `deg` or `rad`; a full turn or more is a full turn.
+///
+/// Rounds to the nearest thousandth of a degree, ties up; 0 is refused.
+///
+/// # Errors
+/// [`QuantityError`] if the text is not such a quantity.
+pub fn field_of_view(text: &str) -> Result<FieldOfView, QuantityError> {
+    let degrees = FIELD_OF_VIEW.parse(text)?;
+    FieldOfView::try_new((degrees * 1000.0).round() as u32).ok_or_else(|| QuantityError {
+        text: Excerpt::new(text),
+        problem: format!("is 0: write {}", FIELD_OF_VIEW.example),
+    })
+}
+
 /// Parses a time since the clock's start, `0ms..=4294967295ms`, in `ms`, `s` or `min`.
 ///
 /// Rounds to the nearest tick, ties up.
@@ -346,6 +405,9 @@ mod tests {
         assert_eq!(duration("3s"), Ok(Ticks::new(3000)));
         assert_eq!(duration("250ms"), Ok(Ticks::new(250)));
         assert_eq!(duration("2min"), Ok(Ticks::new(120_000)));
+        for (text, degrees) in [("270deg", 270.0), ("360deg", 360.0), ("7rad", 360.0)] {
+            assert_eq!(field_of_view(text).unwrap().degrees(), degrees, "{text}");
+        }
         assert_eq!(fraction("20%"), Ok(0.2));
         assert_eq!(fraction("100%"), Ok(1.0));
     }
@@ -396,6 +458,10 @@ mod tests {
                 length("300000m").err(),
             ),
             (
+                "'0deg' is 0: write a field of view such as 180deg, 270deg or 6.3rad",
+                field_of_view("0deg").err(),
+            ),
+            (
                 "'101%' is too large: at most 100%",
                 percentage("101%").err(),
             ),
@@ -422,6 +488,7 @@ mod tests {
                 length(&text).err(),
                 signed_length(&text).err(),
                 angle(&text).err(),
+                field_of_view(&text).err(),
                 duration(&text).err(),
                 percentage(&text).err(),
             ];

@@ -12,8 +12,8 @@ use certainty_core::units::{BinaryAngle, Millimeters, Point};
 use certainty_sim::export::{OutDir, display_path, write_grey_png, write_ros_map};
 use certainty_sim::fault::{FaultSpec, Faulty, assign};
 use certainty_sim::fusion::{FusionRules, HostMapper, Method};
-use certainty_sim::quantity;
-use certainty_sim::replay::{Format, LoadOptions, RecordedBeam, Recording, load};
+use certainty_sim::quantity::{self, FieldOfView};
+use certainty_sim::replay::{Format, LoadOptions, RecordedBeam, Recording, ZeroMeans, load};
 use certainty_sim::transducer::{Look, Sensor};
 use clap::{Args, ValueEnum};
 use core::num::{NonZeroU8, NonZeroU32};
@@ -46,6 +46,17 @@ pub(super) struct Arguments {
     /// Number of virtual sensors that share a laser's beams
     #[arg(long, value_name = "N", default_value = "3")]
     sensors: NonZeroU8,
+    /// Meaning of a reading of 0 in a CARMEN log
+    #[arg(long, value_enum, default_value_t = ZeroArgument::None)]
+    zero: ZeroArgument,
+    /// Field of view of a CARMEN log's scans, around straight ahead [default: the log's, or that of lasers
+    /// with this number of beams]
+    #[arg(long, value_name = "ANGLE", value_parser = quantity::field_of_view)]
+    fov: Option<FieldOfView>,
+    /// Direction of a CARMEN log's first beam, counter-clockwise from straight ahead [default: the log's,
+    /// or half of the field of view to the right]
+    #[arg(long, value_name = "ANGLE", value_parser = quantity::angle, allow_hyphen_values = true)]
+    start_angle: Option<BinaryAngle>,
     /// Fusion method
     #[arg(long, value_name = "METHOD", default_value = "robust", value_parser = named(Method::ALL, Method::name))]
     fusion: Method,
@@ -64,10 +75,19 @@ pub(super) struct Arguments {
 enum FormatArgument {
     /// By the content
     Auto,
-    /// A CARMEN log: `FLASER` and `ROBOTLASER1` lines
+    /// A CARMEN log: lines of lasers or sonars
     Carmen,
     /// Readings CSV: a beam per line
     Readings,
+}
+
+/// The meaning of a reading of 0, as `--zero` has it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum ZeroArgument {
+    /// No object
+    None,
+    /// An object too near to measure
+    Near,
 }
 
 /// A replay, ready to run.
@@ -115,6 +135,12 @@ impl Arguments {
             },
             max_range: Some(self.max_range),
             sensors: self.sensors,
+            zero: match self.zero {
+                ZeroArgument::None => ZeroMeans::NoObject,
+                ZeroArgument::Near => ZeroMeans::TooNear,
+            },
+            fov: self.fov,
+            start_angle: self.start_angle,
             ..LoadOptions::default()
         };
         let bar = progress("reading", 0);
@@ -316,6 +342,7 @@ struct Document {
     too_near: u64,
     missing: u64,
     skipped_lines: u64,
+    notes: Vec<String>,
     cells_updated: u64,
     insert_seconds: f64,
     grid: GridReport,
@@ -351,6 +378,7 @@ impl Report for Replayed<'_> {
             too_near: tally.too_near,
             missing: tally.missing,
             skipped_lines: self.recording.skipped.total(),
+            notes: self.recording.notes.clone(),
             cells_updated: self.cells_updated,
             insert_seconds: self.insertion.as_secs_f64(),
             grid: GridReport {
@@ -382,6 +410,9 @@ impl Report for Replayed<'_> {
             tally.too_near,
             tally.missing
         );
+        for note in &recording.notes {
+            text += &format!("{note}\n");
+        }
         if recording.backward_steps > 0 {
             let steps = counted(recording.backward_steps, "backward step");
             text += &format!("{steps} of the clock\n");

@@ -1,12 +1,14 @@
 //! Loads a file of any format.
 
-use super::carmen::{self, CarmenLog};
+use super::carmen::{self, CarmenLog, ScanOptions};
 use super::readings::{self, HEADER};
-use super::recording::{Format, RecordedBeam, Recording};
-use super::recording::{LineKind, SkipReason, Skipped, SkippedLine};
+use super::recording::{
+    Format, LineKind, RecordedBeam, Recording, SkipReason, Skipped, SkippedLine, ZeroMeans,
+};
 use super::source::{Counted, Gunzip, Lines, MAGIC, START, Started};
 use crate::export::display_path;
-use certainty_core::units::{Millimeters, Ticks};
+use crate::quantity::FieldOfView;
+use certainty_core::units::{BinaryAngle, Millimeters, Ticks};
 use core::cell::Cell;
 use core::num::NonZeroU8;
 use std::fs::File;
@@ -22,6 +24,14 @@ pub struct LoadOptions {
     pub max_range: Option<Millimeters>,
     /// The number of virtual sensors of a laser: beam i belongs to sensor i mod `sensors`.
     pub sensors: NonZeroU8,
+    /// The meaning of a reading of 0 (CARMEN).
+    pub zero: ZeroMeans,
+    /// The field of view of a scan, whatever the file has (CARMEN): around straight ahead. A full turn
+    /// has no beam twice; else an even number of beams leaves out the last direction.
+    pub fov: Option<FieldOfView>,
+    /// The direction of a scan's first beam, counter-clockwise from straight ahead, whatever the file has
+    /// (CARMEN).
+    pub start_angle: Option<BinaryAngle>,
     /// The most beams in memory; a file with more is refused.
     pub max_beams: usize,
 }
@@ -34,6 +44,9 @@ impl Default for LoadOptions {
             format: None,
             max_range: None,
             sensors: NonZeroU8::MIN,
+            zero: ZeroMeans::NoObject,
+            fov: None,
+            start_angle: None,
             max_beams: 20_000_000,
         }
     }
@@ -274,15 +287,24 @@ fn read_text<R: Read>(
         skipped: Skipped::default(),
         other_messages: 0,
         backward_steps: 0,
+        notes: Vec::new(),
     };
     let mut parser = match format {
-        Format::Carmen => Parser::Carmen(CarmenLog::new(options.sensors, options.max_range)),
+        Format::Carmen => Parser::Carmen(CarmenLog::new(ScanOptions {
+            sensors: options.sensors,
+            max_range: options.max_range,
+            zero: options.zero,
+            fov: options.fov,
+            start_angle: options.start_angle,
+        })),
         Format::Readings => Parser::Readings {
             max_range: options.max_range,
             last: None,
         },
     };
-    let mut lines = Lines::new(BufReader::with_capacity(1 << 16, source));
+    let mut lines = Lines::new(BufReader::with_capacity(1 << 16, source))
+        // The name of a host can be in any encoding.
+        .lossy(format == Format::Carmen);
     loop {
         let taken = match lines.next() {
             Ok(None) => break,
@@ -320,22 +342,26 @@ fn read_text<R: Read>(
             report();
         }
     }
-    let highest = recording
-        .beams
-        .iter()
-        .map(|beam| beam.sensor.number())
-        .max();
-    recording.sensors = match (highest, format) {
-        (None, _) => {
-            return Err(LoadError::NoBeams {
-                path: path.into(),
-                skipped: recording.skipped.total(),
-                first: recording.skipped.first().first().copied(),
-            });
+    if recording.beams.is_empty() {
+        return Err(LoadError::NoBeams {
+            path: path.into(),
+            skipped: recording.skipped.total(),
+            first: recording.skipped.first().first().copied(),
+        });
+    }
+    match parser {
+        Parser::Carmen(log) => {
+            let summary = log.finish();
+            recording.sensors = summary.sensors;
+            recording.backward_steps = summary.backward;
+            recording.other_messages += summary.replaced;
+            recording.notes = summary.notes;
         }
-        (Some(_), Format::Carmen) => options.sensors.get(),
-        (Some(highest), Format::Readings) => highest,
-    };
+        Parser::Readings { .. } => {
+            let numbers = recording.beams.iter().map(|beam| beam.sensor.number());
+            recording.sensors = numbers.max().unwrap_or(0);
+        }
+    }
     let number = lines.number();
     Ok((recording, number, lines.into_inner().into_inner().rest))
 }
@@ -684,7 +710,13 @@ mod tests {
     fn any_word() -> impl Strategy<Value = String> {
         prop_oneof![
             Just("FLASER".to_owned()),
-            Just("ROBOTLASER1".to_owned()),
+            Just("\nROBOTLASER1".to_owned()),
+            Just("\nRAWLASER2".to_owned()),
+            Just("\nLASER3".to_owned()),
+            Just("\nSONAR".to_owned()),
+            Just("\nODOM 0 0 0 0 0 0 0 h 0\n".to_owned()),
+            Just("\nPARAM laser_front_laser_resolution".to_owned()),
+            Just("host".to_owned()),
             Just(format!("\n{HEADER}\n")),
             Just("\n".to_owned()),
             Just("nan".to_owned()),
@@ -740,7 +772,7 @@ mod tests {
             let options = LoadOptions { format: Some(Format::Carmen), ..LoadOptions::default() };
             if let Ok(recording) = read_with(&bytes, &options) {
                 // A changed digit is a changed number; the count is right or the line is gone.
-                let text = String::from_utf8(bytes).unwrap();
+                let text = String::from_utf8_lossy(&bytes);
                 let announced: usize = text.split_ascii_whitespace().nth(1).unwrap().parse().unwrap();
                 prop_assert_eq!(recording.beams.len(), announced);
             }

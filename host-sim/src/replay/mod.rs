@@ -15,4 +15,6 @@ mod source;
 
 pub use load::{LoadError, LoadOptions, load};
 pub use readings::HEADER;
-pub use recording::{Format, RecordedBeam, Recording, SkipReason, Skipped, SkippedLine, Tally};
+pub use recording::{
+    Format, RecordedBeam, Recording, SkipReason, Skipped, SkippedLine, Tally, ZeroMeans,
+};

@@ -40,7 +40,7 @@ impl From<&RecordedBeam> for Beam {
 pub struct Recording {
     /// The beams, in file order.
     pub beams: Vec<RecordedBeam>,
-    /// The number of virtual sensors (CARMEN) or the highest sensor number (readings).
+    /// The number of virtual sensors or of sonars (CARMEN), or the highest sensor number (readings).
     pub sensors: u8,
     /// The file's format.
     pub format: Format,
@@ -48,10 +48,42 @@ pub struct Recording {
     pub beam_width: Option<BinaryAngle>,
     /// The lines that could not be used.
     pub skipped: Skipped,
-    /// Lines of known messages without beams: odometry, parameters, a second laser.
+    /// Lines of known messages whose beams are not used: odometry, parameters, a second laser.
     pub other_messages: u64,
     /// How often a line with beams has an earlier time than the line with beams before it.
     pub backward_steps: u64,
+    /// What the file leaves open and was assumed, one line each.
+    pub notes: Vec<String>,
+}
+
+/// What a reading of 0 means, which differs between sensors.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum ZeroMeans {
+    /// No object in range: many drivers return 0 if no echo came.
+    #[default]
+    NoObject,
+    /// An object too near to measure.
+    TooNear,
+}
+
+impl ZeroMeans {
+    /// Returns the reading that 0 stands for.
+    #[must_use]
+    pub const fn reading(self) -> Reading {
+        match self {
+            Self::NoObject => Reading::NoObject,
+            Self::TooNear => Reading::TooNear,
+        }
+    }
+}
+
+impl fmt::Display for ZeroMeans {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::NoObject => "no object",
+            Self::TooNear => "too near",
+        })
+    }
 }
 
 /// How many beams of a recording have each kind of reading.
@@ -110,7 +142,7 @@ impl Recording {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Format {
-    /// The log of the CARMEN toolkit: a message a line, scans of a laser with corrected poses.
+    /// The log of the CARMEN toolkit: a message a line, scans of a laser or sonars with poses.
     Carmen,
     /// Our own interchange format: comma-separated, a beam a line.
     Readings,
@@ -145,6 +177,8 @@ pub enum SkipReason {
     BadSensor,
     /// The pose is not finite.
     BadPose,
+    /// The readings have no pose and no odometry before them.
+    NoPose,
     /// The pose is beyond the largest coordinate of a map.
     OutOfReach,
     /// The reading is neither a distance nor `none`, `near` or `missing`.
@@ -170,6 +204,7 @@ impl fmt::Display for SkipReason {
             Self::BadTime => "time out of range",
             Self::BadSensor => "sensor not within 1 to 255",
             Self::BadPose => "pose not finite",
+            Self::NoPose => "no pose, and no whole ODOM line before",
             Self::OutOfReach => "pose out of a map's reach",
             Self::BadReading => "not a reading",
             Self::BadBeamWidth => "not a beam width such as 20deg",

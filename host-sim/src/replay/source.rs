@@ -118,6 +118,8 @@ impl<R: Read> Read for Started<R> {
 pub(super) struct Lines<R> {
     inner: R,
     buffer: Vec<u8>,
+    /// Whether bytes that are not UTF-8 are replaced; otherwise they cost their line.
+    lossy: bool,
     number: u64,
     /// Bytes since the last line with beams.
     unused: u64,
@@ -131,9 +133,16 @@ impl<R: BufRead> Lines<R> {
         Self {
             inner,
             buffer: Vec::new(),
+            lossy: false,
             number: 0,
             unused: 0,
         }
+    }
+
+    /// Replaces bytes that are not UTF-8 by U+FFFD.
+    pub(super) const fn lossy(mut self, lossy: bool) -> Self {
+        self.lossy = lossy;
+        self
     }
 
     /// Notes that the last line had beams.
@@ -196,6 +205,11 @@ impl<R: BufRead> Lines<R> {
         }
         if too_long {
             return Ok(Some(Err(SkipReason::TooLong)));
+        }
+        if self.lossy && str::from_utf8(&self.buffer).is_err() {
+            self.buffer = String::from_utf8_lossy(&self.buffer)
+                .into_owned()
+                .into_bytes();
         }
         let Ok(text) = str::from_utf8(&self.buffer) else {
             return Ok(Some(Err(SkipReason::NotText)));
@@ -312,5 +326,7 @@ mod tests {
                 Ok("b".to_owned())
             ]
         );
+        let mut lines = Lines::new(&b"a \xE4 b\n"[..]).lossy(true);
+        assert_eq!(lines.next().unwrap(), Some(Ok("a \u{FFFD} b")));
     }
 }

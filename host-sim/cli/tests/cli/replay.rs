@@ -195,8 +195,205 @@ fn robotlaser1_and_flaser_give_the_same_map() {
     let (older, older_map) = replay(room_log(), "--json");
     let (newer, newer_map) = replay(newer, "--json");
     assert_square_room(&newer_map, "ROBOTLASER1");
-    assert_eq!(untimed(older.json()), untimed(newer.json()));
+    // The older one does not have the directions of its beams.
+    let (mut older, mut newer) = (untimed(older.json()), untimed(newer.json()));
+    assert_eq!(older["notes"].take().as_array().unwrap().len(), 1);
+    assert_eq!(newer["notes"].take(), serde_json::json!([]));
+    assert_eq!(older, newer);
     assert_eq!(older_map, newer_map);
+}
+
+/// The notes of a replay, which must succeed without a skipped line.
+fn notes(ran: &Ran) -> Vec<String> {
+    let document = ran.json();
+    assert_eq!(document["skipped_lines"], 0);
+    let notes = document["notes"].as_array().unwrap().iter();
+    notes
+        .map(|note| note.as_str().unwrap().to_owned())
+        .collect()
+}
+
+/// A line of `beams` ranges from `start_deg`, by `line`, at every place of the tour.
+fn wide_log(
+    beams: usize,
+    start_deg: f64,
+    step_deg: f64,
+    line: impl Fn(&str, Place) -> String,
+) -> String {
+    let room = square_room();
+    let scan = |place: &Place| {
+        let bearing =
+            |beam: usize| place.heading + (beam as f64).mul_add(step_deg, start_deg).to_radians();
+        let range = |beam| room.distance(place.x, place.y, bearing(beam)).to_string();
+        let ranges: Vec<String> = (0..beams).map(range).collect();
+        line(&format!("{beams} {}", ranges.join(" ")), *place)
+    };
+    tour().iter().map(scan).collect()
+}
+
+/// The fields of a pose.
+fn pose(Place { x, y, heading }: Place) -> String {
+    format!("{x} {y} {heading}")
+}
+
+#[test]
+fn field_of_view_comes_from_count_parameters_or_options() {
+    for (beams, start_deg, step_deg, head, options, noted) in [
+        (541, -135.0, 0.5, "", "", true),
+        (401, -50.0, 0.25, "", "", true),
+        (682, -340.0 * 360.0 / 1024.0, 360.0 / 1024.0, "", "", true),
+        (
+            271,
+            -135.0,
+            1.0,
+            "PARAM laser_front_laser_fov 270.0 nohost 0\n",
+            "",
+            true,
+        ),
+        (
+            121,
+            -30.0,
+            0.5,
+            "PARAM laser_front_laser_resolution 0.5 nohost 0\n",
+            "",
+            true,
+        ),
+        (360, -180.0, 1.0, "", "--fov 360deg", false),
+        (181, -45.0, 0.5, "", "--fov 90deg", false),
+        (181, 0.0, 0.5, "", "--fov 90deg --start-angle 0deg", false),
+    ] {
+        let log = wide_log(beams, start_deg, step_deg, |ranges, place| {
+            let pose = pose(place);
+            format!("FLASER {ranges} {pose} {pose} 5 robot 5\n")
+        });
+        let (ran, map) = replay(format!("{head}{log}"), &format!("--json {options}"));
+        assert_eq!(notes(&ran).len(), usize::from(noted), "{beams} {options}");
+        for place in map.places(Cell::Occupied) {
+            let out = place[0].abs().max(place[1].abs());
+            assert!(
+                (2.9..3.0).contains(&out),
+                "{beams} {options}: {place:?}\n{map}"
+            );
+        }
+        assert!(
+            map.places(Cell::Occupied).len() > 150,
+            "{beams} {options}\n{map}"
+        );
+    }
+}
+
+#[test]
+fn poses_come_from_the_line_or_the_odometry_before() {
+    let (reference, expected) = replay(room_log(), "--json");
+    let all_the_same = [
+        log(&square_room(), &tour(), |ranges, place, time_s| {
+            flaser(ranges, place, time_s).replacen("FLASER", "RLASER", 1)
+        }),
+        log(&square_room(), &tour(), |ranges, place, time_s| {
+            let scan = robotlaser(ranges, place, time_s);
+            let end = scan.match_indices(' ').nth(8 + BEAMS + 1).unwrap().0;
+            let scan = scan[..end].replacen("ROBOTLASER1", "RAWLASER1", 1);
+            format!(
+                "ODOM {} 0 0 0 {time_s} robot 0\n{scan} {time_s} robot 0\n",
+                pose(place)
+            )
+        }),
+        // Fields that are not needed.
+        room_log()
+            .lines()
+            .map(|line| {
+                let (before, _) = line.rsplit_once(" robot").unwrap();
+                format!("{before} my old robot\n")
+            })
+            .collect(),
+    ];
+    for log in all_the_same {
+        let (ran, map) = replay(&log, "--json");
+        assert_eq!(ran.json()["readings"], reference.json()["readings"]);
+        let _ = notes(&ran); // checks that no line was skipped
+        assert_eq!(map, expected, "{}", &log[..40]);
+    }
+}
+
+#[test]
+fn host_name_in_any_encoding_costs_no_line() {
+    let named: Vec<u8> = room_log().replace("robot", "r\u{1}bot").into_bytes();
+    let named: Vec<u8> = named
+        .into_iter()
+        .map(|byte| if byte == 1 { 0xF6 } else { byte })
+        .collect();
+    let (ran, map) = replay(named, "--json");
+    assert_eq!(notes(&ran).len(), 1);
+    assert_eq!(map, replay(room_log(), "--json").1);
+}
+
+#[test]
+fn sonars_map_the_room_as_sensors_of_their_own() {
+    for with_pose in [true, false] {
+        let log = wide_log(16, 0.0, 22.5, |ranges, place| {
+            let pose = pose(place);
+            let own = if with_pose {
+                format!(" {pose}")
+            } else {
+                String::new()
+            };
+            format!("ODOM {pose} 0 0 0 5 robot 0\nSONAR {ranges}{own} 5 robot 0\n")
+        });
+        let (ran, map) = replay(log, "--json");
+        assert_eq!(ran.json()["sensors"].as_array().unwrap().len(), 16);
+        assert_eq!(notes(&ran).len(), 1 + usize::from(!with_pose));
+        assert!(map.places(Cell::Occupied).len() > 50, "{map}");
+        for place in map.places(Cell::Occupied) {
+            let out = place[0].abs().max(place[1].abs());
+            assert!((2.9..3.0).contains(&out), "{place:?}\n{map}");
+        }
+    }
+}
+
+#[test]
+fn infinity_and_zero_are_no_object() {
+    let room = square_room();
+    let far = |word: &str| {
+        log(&room, &tour(), |ranges, place, time_s| {
+            let ranges: Vec<f64> = ranges
+                .iter()
+                .map(|&m| if m > 3.5 { NO_ECHO_M } else { m })
+                .collect();
+            flaser(&ranges, place, time_s)
+        })
+        .replace(&NO_ECHO_M.to_string(), word)
+    };
+    let (reference, expected) = replay(far("81.83"), "--json");
+    for (word, noted) in [("inf", 1), ("Infinity", 1), ("0", 2), ("0.000", 2)] {
+        let (ran, map) = replay(far(word), "--json");
+        assert_eq!(map, expected, "{word}");
+        assert_eq!(ran.json()["sensors"], reference.json()["sensors"], "{word}");
+        assert_eq!(notes(&ran).len(), noted, "{word}");
+    }
+    let count = reference.json()["no_object"].clone();
+    assert_eq!(
+        replay(far("0"), "--json --zero near").0.json()["too_near"],
+        count
+    );
+    assert_eq!(replay(far("-inf"), "--json").0.json()["too_near"], count);
+    for word in ["nan", "-1"] {
+        assert_eq!(
+            replay(far(word), "--json").0.json()["missing"],
+            count,
+            "{word}"
+        );
+    }
+}
+
+#[test]
+fn text_report_prints_the_notes() {
+    let (ran, _) = replay(room_log(), "");
+    let note = "FLASER of 180 readings: from -90deg in steps of 1deg, assumed";
+    assert!(
+        ran.stdout.lines().any(|line| line.starts_with(note)),
+        "{}",
+        ran.stdout
+    );
 }
 
 #[test]
