@@ -290,13 +290,13 @@ fn read_text<R: Read>(
         notes: Vec::new(),
     };
     let mut parser = match format {
-        Format::Carmen => Parser::Carmen(CarmenLog::new(ScanOptions {
+        Format::Carmen => Parser::Carmen(Box::new(CarmenLog::new(ScanOptions {
             sensors: options.sensors,
             max_range: options.max_range,
             zero: options.zero,
             fov: options.fov,
             start_angle: options.start_angle,
-        })),
+        }))),
         Format::Readings => Parser::Readings {
             max_range: options.max_range,
             last: None,
@@ -368,7 +368,7 @@ fn read_text<R: Read>(
 
 /// A parser of each format.
 enum Parser {
-    Carmen(CarmenLog),
+    Carmen(Box<CarmenLog>),
     Readings {
         max_range: Option<Millimeters>,
         last: Option<Ticks>,
@@ -748,8 +748,13 @@ mod tests {
         }
 
         #[test]
-        fn no_words_panic(words in prop::collection::vec(any_word(), 0..60), format in 0_usize..2) {
+        fn no_words_panic(
+            words in prop::collection::vec(any_word(), 0..60),
+            format in 0_usize..2,
+            fov in 0_u32..400_000,
+        ) {
             let options = LoadOptions {
+                fov: FieldOfView::try_new(fov),
                 format: [Some(Format::Carmen), Some(Format::Readings)][format],
                 sensors: NonZeroU8::MAX,
                 ..LoadOptions::default()

@@ -88,14 +88,14 @@ fn damaged_lines_are_skipped_counted_and_reported() {
 }
 
 #[test]
-fn impossible_ranges_are_missing_and_map_nothing() {
+fn ranges_that_are_no_distance_map_no_obstacle() {
     for (word, kind) in [
         ("NaN", "missing"),
         ("-1", "missing"),
-        ("-inf", "missing"),
-        ("inf", "missing"),
+        ("-inf", "too_near"),
+        ("inf", "no_object"),
         ("1e300", "no_object"),
-        ("0", "too_near"),
+        ("0", "no_object"),
     ] {
         let line = scan(2.0).replace(" 2 ", &format!(" {word} "));
         let line = line.replace(" 2 ", &format!(" {word} "));

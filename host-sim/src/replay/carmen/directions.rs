@@ -159,8 +159,8 @@ fn by_parameters(beams: usize, parameters: Parameters) -> Option<(Directions, Ba
 
 /// The directions of lasers that are known by their number of beams.
 ///
-/// SICK LMS: 180° in steps of 1° or 0.5°, 100° in steps of 0.25°. 270° in steps of 0.5° or 0.25° (SICK
-/// LMS1xx and TiM, Hokuyo UTM-30LX). Hokuyo URG-04LX: 1024 steps a turn, step 384 straight ahead; a scan
+/// SICK LMS 200: 180° in steps of 1° or 0.5°, 100° in steps of 0.25°. SICK LMS 100 and Hokuyo UTM-30LX:
+/// 270° in steps of 0.5° or 0.25°. Hokuyo URG-04LX: 1024 steps a turn, step 384 straight ahead; a scan
 /// has the steps 44 to 725 (682), 0 to 725 (726) or 0 to 768 (769). An even number of SICK's beams
 /// leaves out the last direction.
 fn by_count(beams: usize) -> Option<(Directions, Basis)> {

@@ -403,6 +403,7 @@ fn finite(word: &str, otherwise: SkipReason) -> Result<f64, SkipReason> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
 
     const FLASER: &str = "FLASER 3 1.0 2.0 3.0 0.5 0.25 0.125 0 0 0 5 host 5";
     const ROBOT: &str = "ROBOTLASER1 4 -1.5 3.0 1.5 20.0 0.01 1 3 1.0 20.0 3.0 3 100 200 300 \
@@ -578,6 +579,67 @@ mod tests {
                     assert!(parse(&shorter.join(" ")).is_err(), "{shorter:?}");
                 }
             }
+        }
+    }
+
+    /// A line of each form with these readings, and where they begin.
+    fn line_of(form: usize, readings: &[&str]) -> (String, usize) {
+        let (count, all) = (readings.len(), readings.join(" "));
+        let laser = format!("0 -1.5 3.0 1.5 20.0 0.01 0 {count} {all}");
+        let pose = "0.5 0.25 0.125 9 0 3";
+        let moved = "0 0 0.3 0.4 1e6";
+        let places = "0.1 0 3.14 ".repeat(count);
+        let remissions = "100 ".repeat(count);
+        match form {
+            0 => (format!("FLASER {count} {all} {pose} 5"), 2),
+            1 => (
+                format!("ROBOTLASER1 {laser} {count} {remissions}{pose} {moved} 5"),
+                9,
+            ),
+            2 => (format!("ROBOTLASER1 {laser} 0 {pose} {moved} 5"), 9),
+            3 => (format!("RAWLASER1 {laser} 0 5"), 9),
+            4 => (format!("RAWLASER1 {laser} {count} {remissions}5"), 9),
+            5 => (format!("LASER3 {count} {all} 5"), 2),
+            6 => (format!("SONAR {count} {all} 5"), 2),
+            7 => (format!("SONAR {count} {all} 0.5 0.25 0.125 5"), 2),
+            8 => (format!("SONAR {count} {all} {pose} 5"), 2),
+            9 => (format!("SONAR 0.26 {count} {all} {places}5"), 3),
+            10 => (format!("ROBOTLASER1 {laser} {pose} {moved} 5"), 9),
+            _ => (format!("RAWLASER1 {laser} 5"), 9),
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn no_reading_moves_to_another_beam(
+            form in 0_usize..12,
+            chosen in prop::collection::vec(
+                prop::sample::select(vec!["1.25", "0", "2", "3", "1", "inf", "nan", "-1", "0.000", "7"]),
+                2..9,
+            ),
+            last in prop::sample::select(vec!["4.5", "0.000", "inf"]),
+            ending in prop::sample::select(vec![" host", " host 0.7", " my robot 0.7", " h 1 2"]),
+            gained in prop::sample::select(vec!["1.5", "0", "2", "5", "inf", "host"]),
+            place: prop::sample::Index,
+        ) {
+            // A plain 0 at the end of an old form can be a count of remissions.
+            let mut chosen = chosen;
+            if form >= 10 {
+                chosen.push(last);
+            }
+            let (before, first) = line_of(form, &chosen);
+            let line = before + ending;
+            let whole = parse(&line).unwrap();
+            prop_assert_eq!(&whole.4, &chosen);
+            let words = fields(&line);
+            let mut longer = words.clone();
+            longer.insert(first + place.index(chosen.len() + 1), gained);
+            if let Ok(found) = parse(&longer.join(" ")) {
+                prop_assert_eq!(found, whole, "{:?}", longer);
+            }
+            let mut shorter = words.clone();
+            shorter.remove(first + place.index(chosen.len()));
+            prop_assert!(parse(&shorter.join(" ")).is_err(), "{:?}", shorter);
         }
     }
 
