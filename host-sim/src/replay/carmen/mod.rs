@@ -10,8 +10,7 @@
 mod directions;
 mod message;
 
-use super::recording::{LineKind, SkipReason};
-use super::recording::{RecordedBeam, ZeroMeans};
+use super::recording::{LineKind, RecordedBeam, SkipReason, ZeroMeans};
 use crate::quantity::FieldOfView;
 use certainty_core::sensor::SensorId;
 use certainty_core::transducer::{Missing, Reading};
