@@ -10,6 +10,7 @@
 //! | [`calibration`] | sensors' characteristics from measured bytes, and their remaining errors |
 //! | [`replay`] | recordings of real robots |
 //! | [`fusion`] | the core's grids at sizes chosen at run time |
+//! | [`input`](mod@input) | text that people bring: unpacked, split into lines, tables with a header |
 //! | [`ring`] | a sonar ring and laser scanners in a world: echoes and faults |
 //! | [`robot`] | a robot that drives by the core's control level, with faulty sensors |
 //! | [`simulation`] | the Smart Car in a world, scored against perfect sensors |
@@ -26,6 +27,7 @@ pub mod calibration;
 pub mod export;
 pub mod fault;
 pub mod fusion;
+pub mod input;
 pub mod monitor;
 pub mod plot;
 pub mod quantity;

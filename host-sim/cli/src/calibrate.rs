@@ -3,15 +3,16 @@
 use super::options::OutputOptions;
 use super::output::Failure;
 use super::output::{self, Report};
-use super::table::{row, table};
+use super::table::{counted, row, table};
 use certainty_core::units::Millimeters;
 use certainty_sim::calibration::{
     Assessment, Spread, error_histogram, error_over_distance, load, typical,
 };
 use certainty_sim::export::{OutDir, display_path};
 use certainty_sim::quantity::{self, Excerpt};
-use certainty_sim::transducer::{GP2D02_UNITS, MeasuredUnit};
+use certainty_sim::transducer::{Adc, GP2D02_UNITS, MeasuredUnit};
 use clap::Args;
+use clap::builder::PossibleValuesParser;
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -19,9 +20,18 @@ use std::path::PathBuf;
 #[derive(Debug, Args)]
 #[command(mut_arg("out", |out| out.help("Folder for the charts")))]
 pub(super) struct Arguments {
-    /// Measured points: CSV with the header `dist_cm,NAME,NAME…` or `distance_mm,raw` [default: sixteen
-    /// real GP2D02, part of the program]
+    /// Measured points: CSV with the header `dist_cm,NAME,NAME…` or `distance_mm,raw`; - is stdin [default:
+    /// sixteen real GP2D02, part of the program]
     file: Option<PathBuf>,
+    /// Bits of the ADC whose counts the table has
+    #[arg(long, value_name = "BITS", default_value = "8", value_parser = PossibleValuesParser::new(["8", "10", "12"]), requires = "file")]
+    adc_bits: String,
+    /// The table has volts, which become counts of the ADC
+    #[arg(long, requires = "file")]
+    volts: bool,
+    /// The ADC's reference, the volts of the largest count
+    #[arg(long, value_name = "VOLTS", default_value_t = 5.0, requires = "volts")]
+    vref: f64,
     /// Shortest distance that is fitted
     #[arg(long, value_name = "LENGTH", default_value = "100mm", value_parser = quantity::length, allow_hyphen_values = true)]
     nearest: Millimeters,
@@ -41,19 +51,33 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         )));
     }
     arguments.output.check()?;
+    let adc = arguments.adc()?;
     let units = arguments.assess()?;
     let files = draw(&units, &arguments.output.create()?)?;
     arguments.output.print(&Calibration {
         arguments,
+        adc,
         units,
         files,
     })
 }
 
 impl Arguments {
+    /// Returns the converter whose counts the table has.
+    fn adc(&self) -> Result<Adc, Failure> {
+        let bits = self.adc_bits.parse().ok().and_then(Adc::try_new);
+        let adc = bits.unwrap_or(Adc::BYTE); // clap takes 8, 10 and 12 alone
+        if !self.volts {
+            return Ok(adc);
+        }
+        let line = "--vref: expected a number of volts above 0, such as 5.0 or 3.3";
+        adc.volts(self.vref)
+            .ok_or_else(|| Failure::Input(line.into()))
+    }
+
     fn assess(&self) -> Result<Vec<Assessment>, Failure> {
         let units = match &self.file {
-            Some(file) => load(file).map_err(|error| Failure::input(&error))?,
+            Some(file) => load(file, self.adc()?).map_err(|error| Failure::input(&error))?,
             None => MeasuredUnit::parse(GP2D02_UNITS)
                 .map_err(|error| Failure::Internal(error.to_string()))?,
         };
@@ -78,6 +102,7 @@ fn draw(units: &[Assessment], out: &OutDir) -> Result<Vec<PathBuf>, Failure> {
 /// The calibrated units and the charts.
 struct Calibration<'a> {
     arguments: &'a Arguments,
+    adc: Adc,
     units: Vec<Assessment>,
     files: Vec<PathBuf>,
 }
@@ -89,6 +114,10 @@ struct Document<'a> {
     file: Option<String>,
     nearest_mm: u32,
     farthest_mm: u32,
+    /// The bits of the ADC whose counts a, c and the errors are in.
+    adc_bits: u8,
+    /// Its reference if the table has volts, else null.
+    reference_volts: Option<f64>,
     units: Vec<UnitReport<'a>>,
     files: Vec<String>,
 }
@@ -108,6 +137,8 @@ struct UnitReport<'a> {
     points: usize,
     /// Points outside the range.
     ignored: usize,
+    /// Fields without a reading, which are left out.
+    blank: usize,
     /// The calibrated reading less the true distance; null if no point reads as a distance.
     error_mm: Option<Spread>,
     /// The same as a percentage of the true distance.
@@ -127,6 +158,7 @@ impl<'a> From<&'a Assessment> for UnitReport<'a> {
             worst_counts: unit.fit().worst(),
             points: unit.points(),
             ignored: unit.ignored(),
+            blank: unit.blanks(),
             error_mm: unit.error_mm(),
             error_percent: unit.error_percent(),
             out_of_range: unit.out_of_range(),
@@ -141,6 +173,8 @@ impl Report for Calibration<'_> {
             file: file.map(|file| file.to_string_lossy().into_owned()),
             nearest_mm: self.arguments.nearest.get(),
             farthest_mm: self.arguments.farthest.get(),
+            adc_bits: self.adc.bits(),
+            reference_volts: self.adc.reference(),
             units: self.units.iter().map(UnitReport::from).collect(),
             files: output::listed(&self.files),
         }
@@ -180,6 +214,27 @@ impl Report for Calibration<'_> {
             ]
         }));
         text += &table(&rows);
+        let blank = self.units.iter().filter(|unit| unit.blanks() > 0);
+        for unit in blank {
+            let name = Excerpt::new(unit.name());
+            let fields = counted(unit.blanks() as u64, "blank field");
+            text += &format!("{name}: {fields} left out\n");
+        }
+        let bits = self.adc.bits();
+        if let Some(reference) = self.adc.reference() {
+            text += &format!("\nvolts are taken as counts of {bits} bits at {reference} V.\n");
+        }
+        if bits > 8 {
+            text += &format!(
+                "\ncounts are those of a {bits}-bit ADC. The Calibration of certainty-core takes 8 bits: give it \
+                 readings without their lowest {} bits, and a and c divided by {}.\n",
+                bits - 8,
+                1_u32 << (bits - 8)
+            );
+        }
+        if self.units.iter().any(|unit| unit.fit().floor() < 0.0) {
+            text += "\nc below 0 is no byte: for the Calibration of certainty-core fit a shorter range.\n";
+        }
         text += "\nrms and max: of the fit; mean, sd and worst: of the distance; lost: points that read as \
              too near or as no object.\n";
         text += &format!(

@@ -10,14 +10,16 @@ use certainty_core::sensor::SensorId;
 use certainty_core::transducer::Reading;
 use certainty_core::units::{BinaryAngle, Millimeters, Point};
 use certainty_sim::export::{OutDir, display_path, write_grey_png, write_ros_map};
-use certainty_sim::fault::{FaultSpec, Faulty, assign};
+use certainty_sim::fault::{FaultSpec, Faulty, assign_by_number};
 use certainty_sim::fusion::{FusionRules, HostMapper, Method};
 use certainty_sim::quantity::{self, FieldOfView};
+use certainty_sim::replay::{AngleUnit, LengthUnit, RangeUnit, SkipCount, TimeUnit};
 use certainty_sim::replay::{Format, LoadOptions, RecordedBeam, Recording, ZeroMeans, load};
 use certainty_sim::transducer::{Look, Sensor};
 use clap::{Args, ValueEnum};
 use core::num::{NonZeroU8, NonZeroU32};
 use core::time::Duration;
+use cpu_time::ThreadTime;
 use serde::Serialize;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -29,7 +31,7 @@ use std::time::Instant;
     mut_arg("out", |out| out.help("Folder for the map"))
 )]
 pub(super) struct Arguments {
-    /// Recording: a CARMEN log or a readings CSV, plain or gzip
+    /// Recording: a CARMEN log or a CSV, plain or packed (gzip, xz, bzip2, zip); - is stdin
     file: PathBuf,
     /// Format of the recording
     #[arg(long, value_enum, default_value_t = FormatArgument::Auto)]
@@ -46,17 +48,38 @@ pub(super) struct Arguments {
     /// Number of virtual sensors that share a laser's beams
     #[arg(long, value_name = "N", default_value = "3")]
     sensors: NonZeroU8,
-    /// Meaning of a reading of 0 in a CARMEN log
+    /// Meaning of a reading of 0
     #[arg(long, value_enum, default_value_t = ZeroArgument::None)]
     zero: ZeroArgument,
-    /// Field of view of a CARMEN log's scans, around straight ahead [default: the log's, or that of lasers
-    /// with this number of beams]
+    /// Field of view of a scan or of the ranges of a wide CSV, around straight ahead [default: the file's, or
+    /// that of lasers with this number of beams; of a wide CSV a full turn]
     #[arg(long, value_name = "ANGLE", value_parser = quantity::field_of_view)]
     fov: Option<FieldOfView>,
-    /// Direction of a CARMEN log's first beam, counter-clockwise from straight ahead [default: the log's,
-    /// or half of the field of view to the right]
+    /// Direction of the first beam of a scan or of a wide CSV's line, counter-clockwise from straight ahead
+    /// [default: the file's, or half of the field of view to the right; of a full turn straight ahead]
     #[arg(long, value_name = "ANGLE", value_parser = quantity::angle, allow_hyphen_values = true)]
     start_angle: Option<BinaryAngle>,
+    /// Unit of readings in CSV columns whose names have none: distances or echo times of a sonar
+    #[arg(long, value_enum, value_name = "UNIT")]
+    unit: Option<UnitArgument>,
+    /// Unit of positions in CSV columns whose names have none [default: m]
+    #[arg(long, value_enum, value_name = "UNIT")]
+    pose_unit: Option<PoseUnitArgument>,
+    /// Unit of directions in a CSV column whose name has none [default: rad]
+    #[arg(long, value_enum, value_name = "UNIT")]
+    heading_unit: Option<HeadingUnitArgument>,
+    /// Unit of times in a CSV column whose name has none [default: by the first time]
+    #[arg(long, value_enum, value_name = "UNIT")]
+    time_unit: Option<TimeUnitArgument>,
+    /// Leave out beams behind a step of the pose longer than this
+    #[arg(long, value_name = "LENGTH", value_parser = quantity::length, allow_hyphen_values = true)]
+    max_step: Option<Millimeters>,
+    /// Read a file of which more than a twentieth of the lines are unreadable
+    #[arg(long)]
+    lenient: bool,
+    /// Most beams in memory, 24 bytes each
+    #[arg(long, value_name = "N", default_value_t = LoadOptions::default().max_beams)]
+    max_beams: usize,
     /// Fusion method
     #[arg(long, value_name = "METHOD", default_value = "robust", value_parser = named(Method::ALL, Method::name))]
     fusion: Method,
@@ -75,19 +98,83 @@ pub(super) struct Arguments {
 enum FormatArgument {
     /// By the content
     Auto,
-    /// A CARMEN log: lines of lasers or sonars
+    /// A CARMEN log: `FLASER` and `ROBOTLASER1` lines
     Carmen,
     /// Readings CSV: a beam per line
     Readings,
+    /// Wide CSV: a pose and several ranges per line
+    Wide,
 }
 
 /// The meaning of a reading of 0, as `--zero` has it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum ZeroArgument {
+pub(super) enum ZeroArgument {
     /// No object
     None,
     /// An object too near to measure
     Near,
+}
+
+impl ZeroArgument {
+    /// Returns the meaning.
+    pub(super) const fn meaning(self) -> ZeroMeans {
+        match self {
+            Self::None => ZeroMeans::NoObject,
+            Self::Near => ZeroMeans::TooNear,
+        }
+    }
+}
+
+/// The unit of readings, as `--unit` has it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum UnitArgument {
+    /// Millimetres
+    Mm,
+    /// Centimetres
+    Cm,
+    /// Metres
+    M,
+    /// Seconds until the echo
+    EchoS,
+    /// Milliseconds until the echo
+    EchoMs,
+    /// Microseconds until the echo
+    EchoUs,
+}
+
+/// The unit of positions, as `--pose-unit` has it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum PoseUnitArgument {
+    /// Millimetres
+    Mm,
+    /// Centimetres
+    Cm,
+    /// Metres
+    M,
+}
+
+/// The unit of directions, as `--heading-unit` has it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum HeadingUnitArgument {
+    /// Degrees
+    Deg,
+    /// Thousandths of a degree
+    Mdeg,
+    /// Radians
+    Rad,
+}
+
+/// The unit of times, as `--time-unit` has it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum TimeUnitArgument {
+    /// Seconds
+    S,
+    /// Milliseconds
+    Ms,
+    /// Microseconds
+    Us,
+    /// Nanoseconds
+    Ns,
 }
 
 /// A replay, ready to run.
@@ -105,6 +192,7 @@ struct Replayed<'a> {
     recording: Recording,
     cells_updated: u64,
     insertion: Duration,
+    insertion_cpu: Duration,
     files: Vec<PathBuf>,
 }
 
@@ -132,16 +220,40 @@ impl Arguments {
                 FormatArgument::Auto => None,
                 FormatArgument::Carmen => Some(Format::Carmen),
                 FormatArgument::Readings => Some(Format::Readings),
+                FormatArgument::Wide => Some(Format::Wide),
             },
             max_range: Some(self.max_range),
             sensors: self.sensors,
-            zero: match self.zero {
-                ZeroArgument::None => ZeroMeans::NoObject,
-                ZeroArgument::Near => ZeroMeans::TooNear,
-            },
+            zero: self.zero.meaning(),
             fov: self.fov,
             start_angle: self.start_angle,
-            ..LoadOptions::default()
+            unit: self.unit.map(|unit| match unit {
+                UnitArgument::Mm => RangeUnit::Millimeters,
+                UnitArgument::Cm => RangeUnit::Centimeters,
+                UnitArgument::M => RangeUnit::Meters,
+                UnitArgument::EchoS => RangeUnit::EchoSeconds,
+                UnitArgument::EchoMs => RangeUnit::EchoMilliseconds,
+                UnitArgument::EchoUs => RangeUnit::EchoMicroseconds,
+            }),
+            pose_unit: self.pose_unit.map(|unit| match unit {
+                PoseUnitArgument::Mm => LengthUnit::Millimeters,
+                PoseUnitArgument::Cm => LengthUnit::Centimeters,
+                PoseUnitArgument::M => LengthUnit::Meters,
+            }),
+            heading_unit: self.heading_unit.map(|unit| match unit {
+                HeadingUnitArgument::Deg => AngleUnit::Degrees,
+                HeadingUnitArgument::Mdeg => AngleUnit::Millidegrees,
+                HeadingUnitArgument::Rad => AngleUnit::Radians,
+            }),
+            time_unit: self.time_unit.map(|unit| match unit {
+                TimeUnitArgument::S => TimeUnit::Seconds,
+                TimeUnitArgument::Ms => TimeUnit::Milliseconds,
+                TimeUnitArgument::Us => TimeUnit::Microseconds,
+                TimeUnitArgument::Ns => TimeUnit::Nanoseconds,
+            }),
+            max_step: self.max_step,
+            lenient: self.lenient,
+            max_beams: self.max_beams,
         };
         let bar = progress("reading", 0);
         let loaded = load(&self.file, &options, &mut |done, total| {
@@ -156,8 +268,7 @@ impl Arguments {
     fn prepare(&self, recording: Recording) -> Result<Replay, Failure> {
         let geometry = self.geometry(&recording)?;
         let model = self.model(recording.beam_width)?;
-        let names = vec![""; recording.sensors.into()];
-        let faults = assign(&self.faults, &names)
+        let faults = assign_by_number(&self.faults, &recording.names)
             .map_err(|error| Failure::Input(format!("--fault: {error}")))?;
         let recorded = || Recorded::new(self.max_range);
         let sensors = (0..).map_while(SensorId::from_slot).zip(faults);
@@ -195,13 +306,18 @@ impl Arguments {
         let layers = self.fusion.layers(recording.sensors);
         let cells = columns.unsigned_abs().saturating_mul(rows.unsigned_abs());
         let cells = cells.saturating_mul(layers);
+        let stray = || {
+            let stray = recording.stray_pose();
+            stray.map_or_else(String::new, |stray| format!("; {stray}"))
+        };
         let too_large = || {
             Failure::Input(format!(
                 "{}: the map would need {columns} x {rows} cells of {} in {layers} layers, {cells} \
-                 cells, more than --max-cells {}: expected a larger --cell or --max-cells",
+                 cells, more than --max-cells {}: expected a larger --cell or --max-cells{}",
                 self.file.display(),
                 self.cell,
-                self.max_cells
+                self.max_cells,
+                stray()
             ))
         };
         if cells > self.max_cells {
@@ -214,8 +330,9 @@ impl Arguments {
                 .map_err(|error| Failure::Input(format!("{}: {error}", self.file.display()))),
             _ => Err(Failure::Input(format!(
                 "{}: the map would be {columns} x {rows} cells, and a side has at most 65535: expected a \
-                 larger --cell",
-                self.file.display()
+                 larger --cell{}",
+                self.file.display(),
+                stray()
             ))),
         }
     }
@@ -249,6 +366,7 @@ impl Replay {
         let bar = progress("mapping", recording.beams.len() as u64);
         let mut cells_updated = 0;
         let mut insertion = Duration::ZERO;
+        let mut insertion_cpu = Duration::ZERO;
         // Readings are prepared in batches, so that the measured time is insertion alone.
         let mut ready = Vec::new();
         for beams in recording.beams.chunks(1000) {
@@ -256,7 +374,7 @@ impl Replay {
             for beam in beams {
                 sense(&mut sensors[beam.sensor.slot()], beam, &mut ready);
             }
-            let start = Instant::now();
+            let (start, start_cpu) = (Instant::now(), ThreadTime::try_now());
             for beam in &ready {
                 let updated = mapper.integrate(beam.sensor, &Beam::from(beam), &model, beam.at);
                 cells_updated += u64::from(updated.map_err(|error| {
@@ -264,6 +382,9 @@ impl Replay {
                 })?);
             }
             insertion += start.elapsed();
+            // A system without such a clock has 0.
+            let cpu = start_cpu.and_then(|start| start.try_elapsed());
+            insertion_cpu += cpu.unwrap_or_default();
             bar.inc(beams.len() as u64);
         }
         bar.finish_and_clear();
@@ -273,6 +394,7 @@ impl Replay {
             recording,
             cells_updated,
             insertion,
+            insertion_cpu,
             files: Vec::new(),
         })
     }
@@ -342,9 +464,12 @@ struct Document {
     too_near: u64,
     missing: u64,
     skipped_lines: u64,
+    skipped: Vec<SkipCount>,
     notes: Vec<String>,
     cells_updated: u64,
     insert_seconds: f64,
+    /// The thread's CPU time of insertion alone.
+    cpu_seconds: f64,
     grid: GridReport,
     sensors: Vec<SensorReport>,
     files: Vec<String>,
@@ -360,7 +485,8 @@ struct GridReport {
 
 #[derive(Debug, Serialize)]
 struct SensorReport {
-    id: u8,
+    /// The sensor's number in the file.
+    id: u16,
     readings: u32,
     #[serde(flatten)]
     health: HealthReport,
@@ -378,16 +504,18 @@ impl Report for Replayed<'_> {
             too_near: tally.too_near,
             missing: tally.missing,
             skipped_lines: self.recording.skipped.total(),
+            skipped: self.recording.skipped.counts().collect(),
             notes: self.recording.notes.clone(),
             cells_updated: self.cells_updated,
             insert_seconds: self.insertion.as_secs_f64(),
+            cpu_seconds: self.insertion_cpu.as_secs_f64(),
             grid: GridReport {
                 width: geometry.columns(),
                 height: geometry.rows(),
                 cell_mm: geometry.cell_size().get(),
                 bytes_per_cell: bytes / f64::from(geometry.cells()),
             },
-            sensors: sensors(&self.mapper),
+            sensors: sensors(&self.mapper, &self.recording),
             files: output::listed(&self.files),
         }
     }
@@ -419,8 +547,13 @@ impl Report for Replayed<'_> {
         }
         if recording.skipped.total() > 0 {
             text += &format!("{} skipped:", counted(recording.skipped.total(), "line"));
-            for (reason, count) in recording.skipped.counts() {
-                text += &format!(" {count} x {reason};");
+            for count in recording.skipped.counts() {
+                let SkipCount {
+                    reason,
+                    lines,
+                    first_line,
+                } = count;
+                text += &format!(" {lines} x {reason}, first in line {first_line};");
             }
             for skipped in recording.skipped.first() {
                 text += &format!("\n  line {}: {}", skipped.line, skipped.reason);
@@ -437,7 +570,7 @@ impl Report for Replayed<'_> {
             self.cells_updated
         );
         let mut rows = vec![[row(["sensor", "readings"]), row(HealthReport::COLUMNS)].concat()];
-        rows.extend(sensors(mapper).into_iter().map(|sensor| {
+        rows.extend(sensors(mapper, recording).into_iter().map(|sensor| {
             let mut cells = vec![sensor.id.to_string(), sensor.readings.to_string()];
             cells.extend(sensor.health.cells());
             cells
@@ -452,10 +585,11 @@ impl Report for Replayed<'_> {
     }
 }
 
-fn sensors(mapper: &HostMapper) -> Vec<SensorReport> {
+fn sensors(mapper: &HostMapper, recording: &Recording) -> Vec<SensorReport> {
     let known = mapper.health().into_iter();
     let report = known.map(|(id, health)| SensorReport {
-        id: id.number(),
+        // As many names as the mapper has sensors.
+        id: recording.names.get(id.slot()).copied().unwrap_or_default(),
         readings: health.readings(),
         health: HealthReport::from(&health),
     });

@@ -2,6 +2,7 @@
 
 use super::options::{CommonOptions, Jobs, named, world};
 use super::output::{self, Failure, Report};
+use super::replay::ZeroArgument;
 use super::table::{counted, list, percent, row, table};
 use certainty_core::units::{BinaryAngle, Millimeters, Point, Pose};
 use certainty_repro::ring_study::{
@@ -10,9 +11,10 @@ use certainty_repro::ring_study::{
 use certainty_ring::{ElementKind, Joint, Ring, RingConfig, RingRules};
 use certainty_sim::export::display_path;
 use certainty_sim::quantity::{self, Excerpt};
+use certainty_sim::replay::SkipCount;
 use certainty_sim::ring::{
-    DirectAssessment, FrozenRun, Observation, RingDefect, RingDiagnosis, RingFault, RingRecording,
-    RingSimulation, SONARS, SensorSummary, Vectors, draw,
+    DirectAssessment, FrozenRun, Observation, RingDefect, RingDiagnosis, RingFault, RingOptions,
+    RingRecording, RingSimulation, SONARS, SensorSummary, Vectors, draw,
 };
 use certainty_sim::world::World;
 use clap::{ArgGroup, Args};
@@ -62,13 +64,19 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 100, requires = "many poses",
           value_parser = clap::value_parser!(u32).range(1..=100_000))]
     poses: u32,
-    /// Recording of a real ring: 24 distances in metres per line
+    /// Recording of a real ring: 24 distances in metres per line; - is stdin
     #[arg(long, value_name = "FILE")]
     recording: Option<PathBuf>,
     /// The recorded sonars' range
     #[arg(long, value_name = "LENGTH", default_value = "5m", value_parser = quantity::length,
           requires = "recording")]
     range: Millimeters,
+    /// Meaning of a recorded distance of 0
+    #[arg(long, value_enum, default_value_t = ZeroArgument::None, requires = "recording")]
+    zero: ZeroArgument,
+    /// Read a recording of which more than a twentieth of the lines are unreadable
+    #[arg(long, requires = "recording")]
+    lenient: bool,
     #[command(flatten)]
     jobs: Jobs,
     #[command(flatten)]
@@ -540,6 +548,7 @@ struct RecordingDocument<'a> {
     file: String,
     rows: usize,
     skipped: u64,
+    skip_reasons: Vec<SkipCount>,
     range_mm: u32,
     overlaps_assessed: u32,
     overlaps_in_all: u32,
@@ -564,7 +573,12 @@ fn recorded(arguments: &Arguments, file: &Path) -> Result<(), Failure> {
     };
     let ring = Ring::try_new(config);
     let ring = ring.map_err(|error| Failure::Input(format!("--range: {error}")))?;
-    let recording = RingRecording::load(file, range);
+    let options = RingOptions {
+        range,
+        zero: arguments.zero.meaning(),
+        lenient: arguments.lenient,
+    };
+    let recording = RingRecording::load(file, &options);
     let recording = recording.map_err(|error| Failure::input(&error))?;
     arguments.common.output.print(&Recorded {
         assessed: DirectAssessment::of(&recording, &ring, &RingRules::DEFAULT),
@@ -580,7 +594,8 @@ impl Report for Recorded<'_> {
         RecordingDocument {
             file: self.file.display().to_string(),
             rows: self.recording.rows(),
-            skipped: self.recording.skipped(),
+            skipped: self.recording.skipped().total(),
+            skip_reasons: self.recording.skipped().counts().collect(),
             range_mm: self.range.get(),
             overlaps_assessed: direct,
             overlaps_in_all: all,
@@ -595,7 +610,7 @@ impl Report for Recorded<'_> {
             "{}: {}, {} skipped; {direct} of {all} independent overlaps of a sonar\n\n",
             display_path(self.file),
             counted(self.recording.rows() as u64, "row"),
-            counted(self.recording.skipped(), "line"),
+            counted(self.recording.skipped().total(), "line"),
         );
         let share = |part: usize| percent(part as f64 / self.recording.rows().max(1) as f64);
         let mut rows = vec![row([

@@ -324,7 +324,7 @@ mod tests {
     fn a_wrong_fault_is_refused_with_the_reason() {
         for (text, part) in [
             ("line-high", "names no sensor"),
-            ("line-high:0", "is no sensor"),
+            ("line-high:65536", "is no sensor"),
             ("line-high:1=3", "takes no value"),
             ("line-high:1@5..2", "is empty"),
             ("line-hig:1", "line-floating"),

@@ -1,32 +1,21 @@
 //! Reads a file of measured points.
 
 use crate::export::display_path;
-use crate::transducer::{MeasuredUnit, TableError, TableProblem};
-use std::fs::File;
-use std::io::{self, Read};
+use crate::input::{BadLine, InputError, Text};
+use crate::transducer::{Adc, MeasuredUnit, TableError, TableProblem};
+use core::cell::Cell;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
-/// Largest file that is read, in bytes.
+/// Largest table that is read, in bytes of text.
 pub const MOST_BYTES: u64 = 8 << 20;
 
 /// Why a file of measured points was refused; displays as one line that says what to do.
 #[derive(Debug, Error)]
 pub enum MeasurementsError {
-    /// The file cannot be read.
-    #[error("{}: cannot be read ({source}); check its name and permissions", display_path(.path))]
-    Unreadable {
-        /// The file.
-        path: PathBuf,
-        /// The system's error.
-        source: io::Error,
-    },
-    /// The file is a directory.
-    #[error("{}: is a directory: expected a table of measured points", display_path(.path))]
-    Directory {
-        /// The directory.
-        path: PathBuf,
-    },
+    /// The file cannot be read as text.
+    #[error(transparent)]
+    Input(#[from] InputError),
     /// The file is larger than [`MOST_BYTES`].
     #[error("{}: over 8 MiB; give a table of at most {} points", display_path(.path), MeasuredUnit::MOST_POINTS)]
     TooLong {
@@ -34,12 +23,12 @@ pub enum MeasurementsError {
         path: PathBuf,
     },
     /// The file is binary.
-    #[error("{}:{line}: not text; give a table of distances and bytes (.csv)", display_path(.path))]
+    #[error("{}:{line}: not text; give a table of distances and readings (.csv)", display_path(.path))]
     NotText {
         /// The file.
         path: PathBuf,
-        /// The first line that is not UTF-8, from 1.
-        line: usize,
+        /// The first line that is no text, from 1.
+        line: u64,
     },
     /// A line is not valid.
     #[error("{}:{line}: {problem}", display_path(.path))]
@@ -53,48 +42,55 @@ pub enum MeasurementsError {
     },
 }
 
-/// Reads the table of measured points at `path`; see [`MeasuredUnit::parse`] for its format.
+/// Reads the table of measured points at `path`, or from stdin if it is `-`; plain or packed. See
+/// [`MeasuredUnit::parse_as`] for its format.
 ///
-/// Memory: the file, at most [`MOST_BYTES`], and 16 bytes a point.
+/// Memory: the text, at most [`MOST_BYTES`], and 16 bytes a point.
 ///
 /// # Errors
 /// [`MeasurementsError`] with the file and, if there is one, the line.
 ///
 /// # Examples
 /// ```
+/// use certainty_sim::transducer::Adc;
+///
 /// let path = concat!(env!("CARGO_MANIFEST_DIR"), "/data/gp2d02-units.csv");
-/// let units = certainty_sim::calibration::load(path.as_ref())?;
+/// let units = certainty_sim::calibration::load(path.as_ref(), Adc::BYTE)?;
 /// assert_eq!((units.len(), units[0].points().len()), (16, 22));
 /// # Ok::<(), certainty_sim::calibration::MeasurementsError>(())
 /// ```
-pub fn load(path: &Path) -> Result<Vec<MeasuredUnit>, MeasurementsError> {
-    let unreadable = |source| MeasurementsError::Unreadable {
-        path: path.into(),
-        source,
-    };
-    let file = File::open(path).map_err(unreadable)?;
-    if file.metadata().map_err(unreadable)?.is_dir() {
-        return Err(MeasurementsError::Directory { path: path.into() });
-    }
-    let mut bytes = Vec::new();
-    // One byte more than allowed shows a longer file, or a device without end.
-    file.take(MOST_BYTES + 1)
-        .read_to_end(&mut bytes)
-        .map_err(unreadable)?;
-    if bytes.len() as u64 > MOST_BYTES {
-        return Err(MeasurementsError::TooLong { path: path.into() });
-    }
-    let text = str::from_utf8(&bytes).map_err(|error| {
-        let before = &bytes[..error.valid_up_to()];
-        MeasurementsError::NotText {
-            path: path.into(),
-            line: 1 + before.iter().filter(|&&byte| byte == b'\n').count(),
+pub fn load(path: &Path, adc: Adc) -> Result<Vec<MeasuredUnit>, MeasurementsError> {
+    let done = Cell::new(0);
+    let (mut lines, _) = Text::open(path, "a table of measured points", &done)?;
+    let path = lines.path().to_owned();
+    let mut table = String::new();
+    while let Some(line) = lines.next()? {
+        let line = match line {
+            Ok(line) => line,
+            Err(BadLine::TooLong) => return Err(MeasurementsError::TooLong { path }),
+            Err(BadLine::NotText) => {
+                let line = lines.number();
+                return Err(MeasurementsError::NotText { path, line });
+            }
+        };
+        table.push_str(line);
+        table.push('\n');
+        if table.len() as u64 > MOST_BYTES {
+            return Err(MeasurementsError::TooLong { path });
         }
-    })?;
-    MeasuredUnit::parse(text).map_err(|TableError { line, problem }| MeasurementsError::Table {
-        path: path.into(),
-        line,
-        problem,
+    }
+    MeasuredUnit::parse_as(&table, adc).map_err(|TableError { line, problem }| {
+        let other = lines
+            .foreign()
+            .filter(|_| problem == TableProblem::NoHeader);
+        other.map_or(
+            MeasurementsError::Table {
+                path,
+                line,
+                problem,
+            },
+            Into::into,
+        )
     })
 }
 
@@ -109,16 +105,18 @@ mod tests {
         let path = folder.path().join("input");
         fs::write(&path, bytes).unwrap();
         let prefix = format!("{}/", folder.path().display());
-        load(&path).map_err(|error| error.to_string().replace(&prefix, ""))
+        load(&path, Adc::BYTE).map_err(|error| error.to_string().replace(&prefix, ""))
     }
 
     #[test]
     fn error_names_file_and_line() {
         let line = |bytes: &[u8]| loaded(bytes).unwrap_err();
-        assert!(line(b"").starts_with("input:1: name the columns"));
-        assert!(line(b"distance_mm,raw\n1,2\n\xFF\xFE\n").starts_with("input:3: not text"));
+        assert!(line(b"").starts_with("input: is empty: expected a table of measured points"));
+        assert!(line(b"a,b\n1,2\n").starts_with("input:1: name the columns"));
+        assert!(line(b"distance_mm,raw\n1,2\n\0\n").starts_with("input:3: not text"));
+        assert!(line(b"\x89PNG\r\n\x1A\n").starts_with("input: it is a PNG picture"));
         assert!(line(b"distance_mm,raw\n1,2\n3").starts_with("input:3: 1 columns"));
-        let long = vec![b'1'; MOST_BYTES as usize + 1];
+        let long = b"1,2\n".repeat(MOST_BYTES as usize / 4 + 1);
         assert!(line(&long).starts_with("input: over 8 MiB"));
     }
 

@@ -11,7 +11,7 @@ pub use file::{MOST_BYTES, MeasurementsError, load};
 
 use crate::plot::{Axis, Histogram, Line, LineChart, Sample};
 use crate::quantity::Excerpt;
-use crate::transducer::{CurvePoint, Fit, FitError, MeasuredUnit};
+use crate::transducer::{Adc, CurvePoint, Fit, FitError, MeasuredUnit};
 use certainty_core::transducer::Reading;
 use certainty_core::units::Millimeters;
 use serde::Serialize;
@@ -22,6 +22,7 @@ use thiserror::Error;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Assessment {
     name: String,
+    blanks: usize,
     fit: Fit,
     points: usize,
     ignored: usize,
@@ -94,8 +95,9 @@ pub struct UnfitError {
 
 impl Assessment {
     /// Fits `unit` through its points from `nearest` to `farthest`, both included, and reads each
-    /// of them back: its byte, rounded to the nearest, through the fit's
-    /// [calibration](Fit::calibration).
+    /// of them back: its count, rounded to the nearest, through the fit's
+    /// [calibration](Fit::calibration), or for volts and an ADC of more than 8 bits, which a calibration does not
+    /// take, through the [inverse of the fit](Fit::distance_mm).
     ///
     /// Cost: 500 times the number of points; some seconds for the longest table.
     ///
@@ -132,17 +134,28 @@ impl Assessment {
             source,
         };
         let fit = Fit::through(&within).map_err(unfit)?;
-        let calibration = fit.calibration(nearest, farthest).map_err(unfit)?;
-        // Bytes are within 0..=255 already; the cast saturates.
-        let read = |p: &CurvePoint| match calibration.reading(p.raw.round() as u8) {
-            Reading::Echo(distance) => Some(PointError {
+        let byte =
+            (unit.adc() == Adc::BYTE).then(|| fit.calibration(nearest, farthest).map_err(unfit));
+        let byte = byte.transpose()?;
+        let read = |p: &CurvePoint| {
+            let read_mm = match byte {
+                // Bytes are within 0..=255 already; the cast saturates.
+                Some(calibration) => match calibration.reading(p.raw.round() as u8) {
+                    Reading::Echo(distance) => Some(f64::from(distance.get())),
+                    _ => None,
+                },
+                None => {
+                    Some(fit.distance_mm(p.raw.round()).round()).filter(|mm| range.contains(mm))
+                }
+            };
+            Some(PointError {
                 distance_mm: p.distance_mm,
-                error_mm: f64::from(distance.get()) - p.distance_mm,
-            }),
-            _ => None,
+                error_mm: read_mm? - p.distance_mm,
+            })
         };
         Ok(Self {
             name: unit.name().to_owned(),
+            blanks: unit.blanks(),
             fit,
             points: within.len(),
             ignored: unit.points().len() - within.len(),
@@ -154,6 +167,12 @@ impl Assessment {
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name
+    }
+
+    /// Returns how many fields of the unit had no reading.
+    #[must_use]
+    pub const fn blanks(&self) -> usize {
+        self.blanks
     }
 
     /// Returns the fitted characteristic.

@@ -10,6 +10,6 @@ mod spec;
 
 pub use defect::{Defect, Factor, Fault, Times, Window};
 pub use faulty::Faulty;
-pub use spec::{FaultSpec, SensorName, SpecError, assign};
+pub use spec::{FaultSpec, SensorName, SpecError, assign, assign_by_number};
 
 pub(crate) use spec::Parts;

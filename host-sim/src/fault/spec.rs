@@ -58,7 +58,7 @@ pub enum SpecError {
     },
     /// Neither a number from 1 to 255 nor a name.
     #[error(
-        "'{sensor}' is no sensor: write a number from 1 to 255 or a name, for example stuck-far:2"
+        "'{sensor}' is no sensor: write a number up to 65535 or a name, for example stuck-far:2"
     )]
     BadSensor {
         /// The text.
@@ -150,8 +150,8 @@ impl SpecError {
 /// The number or the name of a sensor that has a fault.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum SensorName {
-    /// Its number, from 1.
-    Number(SensorId),
+    /// Its number: from 1, or as a recording has it.
+    Number(u16),
     /// Its name, such as `FL`: a letter, then letters, digits, `_` and `-`.
     Name(String),
 }
@@ -167,7 +167,9 @@ impl SensorName {
     /// [`SpecError::NoSuchSensor`] lists the sensors that exist.
     pub fn resolve<N: AsRef<str>>(&self, names: &[N]) -> Result<SensorId, SpecError> {
         let slot = match self {
-            Self::Number(number) => Some(number.slot()).filter(|&slot| slot < names.len()),
+            Self::Number(number) => usize::from(*number)
+                .checked_sub(1)
+                .filter(|&slot| slot < names.len()),
             Self::Name(name) => names.iter().position(|n| n.as_ref() == name),
         };
         slot.and_then(SensorId::from_slot)
@@ -352,13 +354,43 @@ pub fn assign<N: AsRef<str>>(
     Ok(faults)
 }
 
+/// Assigns faults to the sensors of a recording, which are named by `numbers`, ascending.
+///
+/// # Errors
+///
+/// [`SpecError::NoSuchSensor`] for a fault of a sensor that is not among `numbers`.
+pub fn assign_by_number(
+    specs: &[FaultSpec],
+    numbers: &[u16],
+) -> Result<Vec<Vec<Fault>>, SpecError> {
+    const MOST: usize = 16;
+    let mut faults = vec![Vec::new(); numbers.len()];
+    for spec in specs {
+        let slot = match &spec.sensor {
+            SensorName::Number(number) => numbers.binary_search(number).ok(),
+            SensorName::Name(_) => None,
+        };
+        let Some(of_sensor) = slot.and_then(|slot| faults.get_mut(slot)) else {
+            let mut all: Vec<String> = numbers.iter().take(MOST).map(u16::to_string).collect();
+            if numbers.len() > MOST {
+                all.push("…".to_owned());
+            }
+            return Err(SpecError::NoSuchSensor {
+                sensor: Excerpt::new(&spec.sensor.to_string()),
+                there_are: format!("the recording has {}", all.join(", ")),
+            });
+        };
+        of_sensor.push(spec.fault);
+    }
+    Ok(faults)
+}
+
 fn parse_sensor(text: &str) -> Result<SensorName, SpecError> {
     let bad = || SpecError::BadSensor {
         sensor: Excerpt::new(text),
     };
     if text.starts_with(|c: char| c.is_ascii_digit()) {
-        let number = text.parse::<u8>().ok().and_then(SensorId::try_new);
-        return number.map(SensorName::Number).ok_or_else(bad);
+        return text.parse().map(SensorName::Number).map_err(|_| bad());
     }
     let is_name = text.starts_with(|c: char| c.is_ascii_alphabetic())
         && text
@@ -611,16 +643,12 @@ mod tests {
                 "'stuck-far' names no sensor: write KIND:SENSOR[=VALUE][@FROM[..TO]], for example stuck-far:2",
             ),
             (
-                "stuck-far:0",
-                "'0' is no sensor: write a number from 1 to 255 or a name, for example stuck-far:2",
-            ),
-            (
-                "stuck-far:256",
-                "'256' is no sensor: write a number from 1 to 255 or a name, for example stuck-far:2",
+                "stuck-far:65536",
+                "'65536' is no sensor: write a number up to 65535 or a name, for example stuck-far:2",
             ),
             (
                 "stuck-far:",
-                "'' is no sensor: write a number from 1 to 255 or a name, for example stuck-far:2",
+                "'' is no sensor: write a number up to 65535 or a name, for example stuck-far:2",
             ),
             (
                 "stuck-far:1=5",
@@ -725,13 +753,13 @@ mod tests {
     proptest! {
         #[test]
         fn what_is_written_is_read_back_to_the_bit(
-            number in 1..=255_u8,
+            number: u16,
             name in prop::option::of("[A-Za-z][A-Za-z0-9_-]{0,6}"),
             defect in any_defect(),
             intermittent in any::<bool>(),
             window in any_window(),
         ) {
-            let number = SensorName::Number(SensorId::try_new(number).unwrap());
+            let number = SensorName::Number(number);
             let spec = FaultSpec {
                 sensor: name.map_or(number, SensorName::Name),
                 fault: Fault { defect, intermittent, window },

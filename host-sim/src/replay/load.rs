@@ -1,18 +1,18 @@
 //! Loads a file of any format.
 
 use super::carmen::{self, CarmenLog, ScanOptions};
-use super::readings::{self, HEADER};
-use super::recording::{
-    Format, LineKind, RecordedBeam, Recording, SkipReason, Skipped, SkippedLine, ZeroMeans,
-};
-use super::source::{Counted, Gunzip, Lines, MAGIC, START, Started};
+use super::line_index::LineIndex;
+use super::readings::{self, CsvError, CsvLog, CsvOptions, HEADER};
+use super::recording::{AngleUnit, LengthUnit, RangeUnit, TimeUnit};
+use super::recording::{Format, RecordedBeam, Recording, ZeroMeans};
+use super::recording::{LineKind, SkipReason, Skipped, SkippedLine, TooManySkipped};
 use crate::export::display_path;
+use crate::input::{InputError, Text};
 use crate::quantity::FieldOfView;
-use certainty_core::units::{BinaryAngle, Millimeters, Ticks};
+use certainty_core::units::{BinaryAngle, Millimeters};
 use core::cell::Cell;
 use core::num::NonZeroU8;
-use std::fs::File;
-use std::io::{self, BufReader, Cursor, Read};
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// How to read a recording.
@@ -24,15 +24,27 @@ pub struct LoadOptions {
     pub max_range: Option<Millimeters>,
     /// The number of virtual sensors of a laser: beam i belongs to sensor i mod `sensors`.
     pub sensors: NonZeroU8,
-    /// The meaning of a reading of 0 (CARMEN).
+    /// The meaning of a reading of 0.
     pub zero: ZeroMeans,
-    /// The field of view of a scan, whatever the file has (CARMEN): around straight ahead. A full turn
-    /// has no beam twice; else an even number of beams leaves out the last direction.
+    /// The field of view of a scan, whatever the file has (CARMEN), or of the ranges of a line (wide CSV):
+    /// around straight ahead.
     pub fov: Option<FieldOfView>,
-    /// The direction of a scan's first beam, counter-clockwise from straight ahead, whatever the file has
-    /// (CARMEN).
+    /// The direction of the first beam of a scan or a line, counter-clockwise from straight ahead,
+    /// whatever the file has.
     pub start_angle: Option<BinaryAngle>,
-    /// The most beams in memory; a file with more is refused.
+    /// The unit of readings in columns whose names have none (CSV).
+    pub unit: Option<RangeUnit>,
+    /// The unit of positions in columns whose names have none (CSV).
+    pub pose_unit: Option<LengthUnit>,
+    /// The unit of directions in a column whose name has none (CSV).
+    pub heading_unit: Option<AngleUnit>,
+    /// The unit of times in a column whose name has none (CSV).
+    pub time_unit: Option<TimeUnit>,
+    /// Beams behind a longer step of the pose are left out.
+    pub max_step: Option<Millimeters>,
+    /// Whether a file is read of which more than a twentieth of the lines are unreadable.
+    pub lenient: bool,
+    /// The most beams in memory, 24 bytes each; a file with more is refused.
     pub max_beams: usize,
 }
 
@@ -47,6 +59,12 @@ impl Default for LoadOptions {
             zero: ZeroMeans::NoObject,
             fov: None,
             start_angle: None,
+            unit: None,
+            pose_unit: None,
+            heading_unit: None,
+            time_unit: None,
+            max_step: None,
+            lenient: false,
             max_beams: 20_000_000,
         }
     }
@@ -55,7 +73,7 @@ impl Default for LoadOptions {
 impl Format {
     /// Detects the format from the first bytes of the (unpacked) file.
     ///
-    /// The first line that is a CARMEN message or the readings header decides; other lines before it
+    /// The first line that is a CARMEN message or the header of a CSV decides; other lines before it
     /// are ignored. A start of comments alone (`#`) is a CARMEN log.
     ///
     /// ```
@@ -74,8 +92,9 @@ impl Format {
         for line in start.split(|&byte| byte == b'\n') {
             let line = line.trim_ascii();
             let word = line.split(u8::is_ascii_whitespace).next().unwrap_or(line);
-            if line == HEADER.as_bytes() {
-                return Some(Self::Readings);
+            let header = str::from_utf8(line).ok().and_then(readings::header_of);
+            if header.is_some() {
+                return header;
             }
             match line.first() {
                 None => {}
@@ -93,67 +112,55 @@ impl Format {
 /// Why a recording cannot be loaded; displays as one line that says what to do.
 #[derive(Debug, thiserror::Error)]
 pub enum LoadError {
-    /// The file cannot be opened.
-    #[error("{}: cannot be opened ({source}); check its name and permissions", display_path(.path))]
-    Open {
-        /// The file.
-        path: PathBuf,
-        /// The system's error.
-        source: io::Error,
-    },
-    /// The file is a directory.
-    #[error("{}: is a directory: expected a recording", display_path(.path))]
-    Directory {
-        /// The directory.
-        path: PathBuf,
-    },
-    /// The file, unpacked, has no bytes.
-    #[error("{}: is empty; a recording needs at least one beam", display_path(.path))]
-    Empty {
-        /// The file.
-        path: PathBuf,
-    },
+    /// The file cannot be read as text.
+    #[error(transparent)]
+    Input(#[from] InputError),
     /// The file is binary.
-    #[error(
-        "{}: is not text; give a CARMEN log or a readings file (.csv), plain or gzip",
-        display_path(.path)
-    )]
+    #[error("{}: is not text; give a CARMEN log or a readings file (.csv)", display_path(.path))]
     NotText {
         /// The file.
         path: PathBuf,
     },
     /// The file is text of an unknown format.
     #[error(
-        "{}: no line of its start is a CARMEN message or the header \"{HEADER}\"; \
-         add the header or name the format",
+        "{}: no line of its start is a CARMEN message or the header of a CSV: add the header, \
+         \"{HEADER}\" or \"t_s,x_m,y_m,heading_rad,range0_m,range1_m…\"",
         display_path(.path)
     )]
     UnknownFormat {
         /// The file.
         path: PathBuf,
     },
-    /// The compressed data are damaged, or cut short before the first beam.
+    /// A line is almost the header of a CSV.
     #[error(
-        "{}:{line}: the gzip data are damaged ({source}); copy the file anew or repair it",
+        "{}:{line}: looks like a header, but has no column of {lacks}; the header \"{HEADER}\" has all",
         display_path(.path)
     )]
-    Gzip {
+    Columns {
         /// The file.
         path: PathBuf,
-        /// The line of the unpacked text at the damage.
+        /// The line.
         line: u64,
-        /// The decoder's error.
-        source: io::Error,
+        /// What it lacks.
+        lacks: String,
     },
-    /// Reading failed.
-    #[error("{}:{line}: reading failed ({source}); check the disk and try again", display_path(.path))]
-    Read {
+    /// The file's content needs an option, or cannot be read.
+    #[error("{}:{line}: {problem}", display_path(.path))]
+    Table {
         /// The file.
         path: PathBuf,
-        /// The line it failed in.
+        /// The line.
         line: u64,
-        /// The system's error.
-        source: io::Error,
+        /// What is wrong, and what to do.
+        problem: String,
+    },
+    /// Too many lines are unreadable.
+    #[error("{}:{}: {too_many}", display_path(.path), .too_many.first.line)]
+    TooManySkipped {
+        /// The file.
+        path: PathBuf,
+        /// How many.
+        too_many: TooManySkipped,
     },
     /// No line has a usable beam.
     #[error("{}{}", display_path(.path), no_beams(*.skipped, .first.as_ref()))]
@@ -167,7 +174,8 @@ pub enum LoadError {
     },
     /// The file has more beams than are allowed.
     #[error(
-        "{}:{line}: more than {limit} beams; split the recording into shorter ones",
+        "{}:{line}: more than {limit} beams: give --max-beams a larger number, 24 bytes of memory a beam, or \
+         split the recording",
         display_path(.path)
     )]
     TooManyBeams {
@@ -184,14 +192,15 @@ pub enum LoadError {
 fn no_beams(skipped: u64, first: Option<&SkippedLine>) -> String {
     match first {
         Some(first) => format!(
-            ":{}: no usable beam: {} ({skipped} lines skipped in all); repair these lines",
+            ":{}: no usable beam: {} ({skipped} lines skipped in all): expected a CARMEN log, or a CSV with the \
+             header {HEADER}",
             first.line, first.reason
         ),
         None => ": no beam in it (no line skipped); record range readings with poses".to_owned(),
     }
 }
 
-/// Loads the recording at `path`, plain or packed with gzip.
+/// Loads the recording at `path`, or from stdin if it is `-`; plain, or packed by gzip, xz, bzip2 or zip.
 ///
 /// `progress` receives how many bytes of the file were read, and its length; 0 for a pipe, whose length
 /// is unknown.
@@ -200,7 +209,8 @@ fn no_beams(skipped: u64, first: Option<&SkippedLine>) -> String {
 /// [`SkipReason::Truncated`]. Damage within it is an error, because lines before it can be wrong too.
 ///
 /// # Errors
-/// If the file cannot be read, has an unknown format, or has no usable beam: see [`LoadError`].
+/// If the file cannot be read, has an unknown format, too many unreadable lines, or no usable beam: see
+/// [`LoadError`].
 ///
 /// # Examples
 /// ```
@@ -217,68 +227,34 @@ pub fn load(
     options: &LoadOptions,
     progress: &mut dyn FnMut(u64, u64),
 ) -> Result<Recording, LoadError> {
-    let open = |source| LoadError::Open {
-        path: path.into(),
-        source,
-    };
-    let file = File::open(path).map_err(open)?;
-    let metadata = file.metadata().map_err(open)?;
-    if metadata.is_dir() {
-        return Err(LoadError::Directory { path: path.into() });
-    }
     let done = Cell::new(0);
-    let counted = Counted {
-        inner: file,
-        count: &done,
-    };
-    let mut report = || progress(done.get(), metadata.len());
-    let recording = read(path, counted, options, &mut report)?;
+    let (text, length) = Text::open(path, "a recording", &done)?;
+    let mut report = || progress(done.get(), length);
+    let recording = read_text(text, options, &mut report)?;
     report();
     Ok(recording)
 }
 
-/// Reads a recording from a source of bytes; `path` is for messages.
-fn read(
-    path: &Path,
-    mut source: impl Read,
+/// Reads a recording from a source of bytes as [`load`] does from a file; `path` is for messages.
+///
+/// # Errors
+/// As for [`load`].
+pub fn read(path: &Path, source: impl Read, options: &LoadOptions) -> Result<Recording, LoadError> {
+    read_text(Text::new(path, "a recording", source)?, options, &mut || ())
+}
+
+/// Reads a recording from text.
+fn read_text(
+    mut text: Text<'_>,
     options: &LoadOptions,
     report: &mut dyn FnMut(),
 ) -> Result<Recording, LoadError> {
-    let mut magic = Vec::new();
-    source
-        .by_ref()
-        .take(MAGIC.len() as u64)
-        .read_to_end(&mut magic)
-        .map_err(|error| failed(path, 1, error))?;
-    let packed = magic == MAGIC;
-    let whole = BufReader::with_capacity(1 << 16, Cursor::new(magic).chain(source));
-    if packed {
-        let (mut recording, line, gunzip) = read_text(path, Gunzip::new(whole), options, report)?;
-        if gunzip.trailing() {
-            recording.skipped.add(line, SkipReason::TrailingBytes);
-        }
-        Ok(recording)
-    } else {
-        read_text(path, whole, options, report).map(|(recording, ..)| recording)
-    }
-}
-
-/// Reads unpacked text; returns the number of the last line and the reader too.
-fn read_text<R: Read>(
-    path: &Path,
-    source: R,
-    options: &LoadOptions,
-    report: &mut dyn FnMut(),
-) -> Result<(Recording, u64, R), LoadError> {
-    let source = Started::new(source);
-    let format = match options.format {
-        _ if source.start().is_empty() => match source.pending {
-            Some(error) => return Err(failed(path, 1, error)),
-            None => return Err(LoadError::Empty { path: path.into() }),
-        },
+    let detected = Format::detect(text.start());
+    let format = match options.format.or(detected) {
         Some(format) => format,
-        None => Format::detect(source.start()).ok_or_else(|| unknown(path, source.start()))?,
+        None => return Err(unknown(&text)),
     };
+    let path = text.path().to_owned();
     let mut recording = Recording {
         beams: Vec::new(),
         sensors: 0,
@@ -288,6 +264,8 @@ fn read_text<R: Read>(
         other_messages: 0,
         backward_steps: 0,
         notes: Vec::new(),
+        names: Vec::new(),
+        lines: LineIndex::default(),
     };
     let mut parser = match format {
         Format::Carmen => Parser::Carmen(Box::new(CarmenLog::new(ScanOptions {
@@ -297,54 +275,81 @@ fn read_text<R: Read>(
             fov: options.fov,
             start_angle: options.start_angle,
         }))),
-        Format::Readings => Parser::Readings {
-            max_range: options.max_range,
-            last: None,
-        },
+        Format::Readings | Format::Wide => {
+            let has_header = detected.is_some_and(|format| format != Format::Carmen);
+            if format == Format::Wide && !has_header {
+                return Err(unknown(&text));
+            }
+            Parser::Csv(Box::new(CsvLog::new(csv_options(options), has_header)))
+        }
     };
-    let mut lines = Lines::new(BufReader::with_capacity(1 << 16, source))
-        // The name of a host can be in any encoding.
-        .lossy(format == Format::Carmen);
+    let mut read = 0;
     loop {
-        let taken = match lines.next() {
+        let mut before = recording.beams.len();
+        let replaced = parser.replaced();
+        let taken = match text.next() {
             Ok(None) => break,
-            Ok(Some(line)) => line.and_then(|line| {
-                if format == Format::Readings
-                    && let Some(width) = readings::beam_width(line)
-                {
-                    recording.beam_width = Some(width?);
-                }
-                parser.line(line, &mut recording.beams)
-            }),
-            Err(error) if is_cut(&error) && !recording.beams.is_empty() => {
-                recording.skipped.add(lines.number(), SkipReason::Truncated);
+            Ok(Some(line)) => line
+                .map_err(|bad| CsvError::Skip(bad.into()))
+                .and_then(|line| {
+                    if format != Format::Carmen
+                        && let Some(width) = readings::beam_width(line)
+                    {
+                        recording.beam_width = Some(width?);
+                    }
+                    parser.line(line, &mut recording.beams)
+                }),
+            Err(error) if error.is_cut() && !recording.beams.is_empty() => {
+                recording.skipped.add(text.number(), SkipReason::Truncated);
                 break;
             }
-            Err(error) => return Err(failed(path, lines.number(), error)),
+            Err(error) => return Err(error.into()),
         };
         match taken {
             Ok(LineKind::Beams { backward }) => {
                 recording.backward_steps += u64::from(backward);
-                lines.mark_used();
+                read += 1;
+                text.mark_used();
             }
             Ok(LineKind::Other) => recording.other_messages += 1,
             Ok(LineKind::Nothing) => {}
-            Err(reason) => recording.skipped.add(lines.number(), reason),
+            Err(CsvError::Skip(reason)) => recording.skipped.add(text.number(), reason),
+            Err(CsvError::File(problem)) => {
+                let line = text.number();
+                return Err(LoadError::Table {
+                    path,
+                    line,
+                    problem,
+                });
+            }
         }
+        if parser.replaced() > replaced {
+            // The beams of this line are from a better source than all before.
+            recording.lines = LineIndex::default();
+            before = 0;
+        }
+        recording
+            .lines
+            .push(text.number(), before, recording.beams.len());
         if recording.beams.len() > options.max_beams {
             return Err(LoadError::TooManyBeams {
-                path: path.into(),
-                line: lines.number(),
+                path,
+                line: text.number(),
                 limit: options.max_beams,
             });
         }
-        if lines.number().is_multiple_of(1024) {
+        if text.number().is_multiple_of(1024) {
             report();
         }
     }
+    if text.trailing() {
+        recording
+            .skipped
+            .add(text.number(), SkipReason::TrailingBytes);
+    }
     if recording.beams.is_empty() {
         return Err(LoadError::NoBeams {
-            path: path.into(),
+            path,
             skipped: recording.skipped.total(),
             first: recording.skipped.first().first().copied(),
         });
@@ -353,75 +358,95 @@ fn read_text<R: Read>(
         Parser::Carmen(log) => {
             let summary = log.finish();
             recording.sensors = summary.sensors;
+            recording.names = (1..=u16::from(summary.sensors)).collect();
             recording.backward_steps = summary.backward;
             recording.other_messages += summary.replaced;
             recording.notes = summary.notes;
+            if !summary.at_odometry {
+                // They are of a source that is not used.
+                recording.other_messages += recording.skipped.forget(SkipReason::NoPose);
+            }
         }
-        Parser::Readings { .. } => {
-            let numbers = recording.beams.iter().map(|beam| beam.sensor.number());
-            recording.sensors = numbers.max().unwrap_or(0);
+        Parser::Csv(log) => {
+            let summary = log.finish(&mut recording.beams);
+            // At most 255 of them.
+            recording.sensors = u8::try_from(summary.names.len()).unwrap_or(u8::MAX);
+            recording.names = summary.names;
+            recording.notes = summary.notes;
         }
     }
-    let number = lines.number();
-    Ok((recording, number, lines.into_inner().into_inner().rest))
+    if let Some(too_many) = recording.skipped.too_many(read)
+        && !options.lenient
+    {
+        return Err(LoadError::TooManySkipped { path, too_many });
+    }
+    if let Some(most) = options.max_step {
+        recording.leave_out_far_steps(most);
+    }
+    if let Some(stray) = recording.stray_pose() {
+        recording.notes.push(stray.to_string());
+    }
+    Ok(recording)
+}
+
+/// The options of a CSV.
+const fn csv_options(options: &LoadOptions) -> CsvOptions {
+    CsvOptions {
+        max_range: options.max_range,
+        zero: options.zero,
+        unit: options.unit,
+        pose_unit: options.pose_unit,
+        heading_unit: options.heading_unit,
+        time_unit: options.time_unit,
+        fov: options.fov,
+        start_angle: options.start_angle,
+    }
 }
 
 /// A parser of each format.
 enum Parser {
     Carmen(Box<CarmenLog>),
-    Readings {
-        max_range: Option<Millimeters>,
-        last: Option<Ticks>,
-    },
+    Csv(Box<CsvLog>),
 }
 
 impl Parser {
-    /// Appends the beams of `line`, if it has any.
-    fn line(&mut self, line: &str, beams: &mut Vec<RecordedBeam>) -> Result<LineKind, SkipReason> {
+    /// Returns how many lines had beams that those of a better source have replaced.
+    fn replaced(&self) -> u64 {
         match self {
-            Self::Carmen(log) => log.line(line, beams),
-            Self::Readings { max_range, last } => {
-                let Some(beam) = readings::parse(line, *max_range)? else {
-                    return Ok(LineKind::Nothing);
-                };
-                beams.push(beam);
-                let before = last.replace(beam.at);
-                let backward = before.is_some_and(|before| before.since(beam.at) > 0);
-                Ok(LineKind::Beams { backward })
-            }
+            Self::Carmen(log) => log.replaced(),
+            Self::Csv(_) => 0,
+        }
+    }
+
+    /// Appends the beams of `line`, if it has any.
+    fn line(&mut self, line: &str, beams: &mut Vec<RecordedBeam>) -> Result<LineKind, CsvError> {
+        match self {
+            Self::Carmen(log) => Ok(log.line(line, beams)?),
+            Self::Csv(log) => log.line(line, beams),
         }
     }
 }
 
-/// Whether packed data are cut short.
-fn is_cut(error: &io::Error) -> bool {
-    error.kind() == io::ErrorKind::UnexpectedEof
-}
-
-/// The error of a reader that failed in `line`: the decoder's error kinds mean a damaged file.
-fn failed(path: &Path, line: u64, source: io::Error) -> LoadError {
-    let path = path.into();
-    match source.kind() {
-        io::ErrorKind::UnexpectedEof | io::ErrorKind::InvalidData | io::ErrorKind::InvalidInput => {
-            LoadError::Gzip { path, line, source }
+/// The error for a file of an unknown format.
+fn unknown(text: &Text<'_>) -> LoadError {
+    let path = text.path().to_owned();
+    let start = text.start();
+    let lines = (1..).zip(start.split(|&byte| byte == b'\n'));
+    for (line, bytes) in lines.take(20) {
+        let lacks = str::from_utf8(bytes).ok().and_then(readings::lacking);
+        if let Some(lacks) = lacks {
+            return LoadError::Columns { path, line, lacks };
         }
-        _ => LoadError::Read { path, line, source },
     }
-}
-
-/// The error for a file whose `start` is of an unknown format.
-fn unknown(path: &Path, start: &[u8]) -> LoadError {
-    let path = path.into();
-    // The start can end within a character.
-    let cut = start.len() as u64 == START;
-    let text = match str::from_utf8(start) {
-        Ok(_) => true,
-        Err(error) => cut && error.error_len().is_none(),
-    };
-    if text && !start.contains(&0) {
-        LoadError::UnknownFormat { path }
-    } else {
+    if let Some(foreign) = text.foreign() {
+        return foreign.into();
+    }
+    // Text has no byte 0 and hardly any other control characters.
+    let odd = |byte: &&u8| matches!(byte, 1..=8 | 14..=26 | 28..=31 | 127);
+    if start.contains(&0) || start.iter().filter(odd).count() * 20 > start.len() {
         LoadError::NotText { path }
+    } else {
+        LoadError::UnknownFormat { path }
     }
 }
 
@@ -429,16 +454,18 @@ fn unknown(path: &Path, start: &[u8]) -> LoadError {
 mod tests {
     use super::super::readings::written;
     use super::super::recording::Tally;
-    use super::super::source::gzip;
     use super::*;
+    use crate::input::gzip;
     use certainty_core::sensor::SensorId;
     use certainty_core::transducer::{Missing, Reading};
+    use certainty_core::units::Ticks;
     use certainty_core::units::{BinaryAngle, Point};
     use flate2::{Compression, write::GzEncoder};
     use proptest::prelude::*;
+    use std::io;
 
     fn read_with(bytes: &[u8], options: &LoadOptions) -> Result<Recording, LoadError> {
-        read(Path::new("f.log"), bytes, options, &mut || ())
+        read(Path::new("f.log"), bytes, options)
     }
 
     fn read_bytes(bytes: &[u8]) -> Result<Recording, LoadError> {
@@ -510,7 +537,11 @@ mod tests {
         io::copy(&mut io::repeat(b'7').take(256 << 20), &mut bomb).unwrap();
         let bomb = bomb.finish().unwrap();
         assert!(bomb.len() < 4 << 20);
-        let recording = read_bytes(&bomb).unwrap();
+        let options = LoadOptions {
+            lenient: true,
+            ..LoadOptions::default()
+        };
+        let recording = read_with(&bomb, &options).unwrap();
         assert_eq!(recording.beams.len(), 1);
         assert_eq!(recording.skipped.count(SkipReason::TooLong), 1);
     }
@@ -528,29 +559,25 @@ mod tests {
         let error = read_with(&many_readings(11), &options).unwrap_err();
         assert_eq!(
             error.to_string(),
-            "f.log:12: more than 10 beams; split the recording into shorter ones"
+            "f.log:12: more than 10 beams: give --max-beams a larger number, 24 bytes of memory a beam, or \
+             split the recording"
         );
     }
 
     #[test]
     fn every_error_names_the_file_and_what_to_do() {
-        assert_eq!(
-            message(b""),
-            "f.log: is empty; a recording needs at least one beam"
-        );
-        assert_eq!(
-            message(&gzip(b"")),
-            "f.log: is empty; a recording needs at least one beam"
-        );
+        assert_eq!(message(b""), "f.log: is empty: expected a recording");
+        assert_eq!(message(&gzip(b"")), "f.log: is empty: expected a recording");
         let png = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR";
-        assert!(message(png).starts_with("f.log: is not text; give"));
-        assert!(message(&gzip(png)).starts_with("f.log: is not text; give"));
+        assert!(message(png).starts_with("f.log: it is a PNG picture: "));
+        assert!(message(&gzip(png)).starts_with("f.log: it is a PNG picture: "));
+        assert!(message(b"\x01\0\x02").starts_with("f.log: is not text; give"));
         assert!(message(b"Dear all,\n").starts_with("f.log: no line of its start is"));
-        let damaged = format!("{HEADER}\n# note\n0,0,0,0,0,5\n0,1,0\n");
+        let damaged = format!("{HEADER}\n# note\n0,-1,0,0,0,5\n0,1,0\n");
         assert_eq!(
             message(damaged.as_bytes()),
-            "f.log:3: no usable beam: sensor not within 1 to 255 (2 lines skipped in all); \
-             repair these lines"
+            "f.log:3: no usable beam: sensor not within 0 to 65535 (2 lines skipped in all): expected a \
+             CARMEN log, or a CSV with the header t_ms,sensor,x_mm,y_mm,bearing_mdeg,reading"
         );
         assert_eq!(
             message(b"ODOM 0 0 0 0 0 0 0.1 h 0.1\n"),
@@ -558,17 +585,30 @@ mod tests {
         );
         let load = |path: &Path| load(path, &LoadOptions::default(), &mut |_, _| ()).unwrap_err();
         let missing = load(Path::new("no/such\nfile"));
-        assert!(matches!(missing, LoadError::Open { .. }));
+        assert!(matches!(missing, LoadError::Input(InputError::Open { .. })));
         assert_eq!(missing.to_string().lines().count(), 1);
         let directory = load(Path::new(env!("CARGO_MANIFEST_DIR")));
-        assert!(matches!(directory, LoadError::Directory { .. }));
+        assert!(matches!(
+            directory,
+            LoadError::Input(InputError::Directory { .. })
+        ));
     }
 
     #[test]
     fn damaged_lines_are_skipped_alone() {
         let mut file = many_readings(3);
         file.extend_from_slice(b"\xff\xfe\0\n5,1,0,0,0,5,5\r\n\r\n# end\r\n6,1,0,0,0,17\r\n");
-        let recording = read_bytes(&file).unwrap();
+        let error = read_bytes(&file).unwrap_err().to_string();
+        assert_eq!(
+            error,
+            "f.log:5: 2 of 6 lines with readings are unreadable, first: not text; correct them, or give \
+             --lenient to leave them out"
+        );
+        let options = LoadOptions {
+            lenient: true,
+            ..LoadOptions::default()
+        };
+        let recording = read_with(&file, &options).unwrap();
         assert_eq!(recording.beams.len(), 4);
         let skipped: Vec<String> = recording
             .skipped
@@ -602,6 +642,53 @@ mod tests {
             (low, high),
             (Point::from_mm(-5, -300), Point::from_mm(1010, 20))
         );
+    }
+
+    /// Seven poses along x, the fourth far away.
+    fn one_wild_pose() -> String {
+        let lines = [0, 100, 200, 9_000_000, 400, 500, 600].map(|x| format!("0,1,{x},0,0,50\n"));
+        format!("# note\n{HEADER}\n{}", lines.concat())
+    }
+
+    #[test]
+    fn a_pose_far_from_all_others_is_named() {
+        let recording = read_bytes(one_wild_pose().as_bytes()).unwrap();
+        let stray = recording.stray_pose().unwrap();
+        assert_eq!((stray.line, stray.at), (6, Point::from_mm(9_000_000, 0)));
+        let [note] = &recording.notes[..] else {
+            panic!("{:?}", recording.notes);
+        };
+        assert!(
+            note.starts_with("line 6 has a pose at 9000000mm,0mm, a step of "),
+            "{note}"
+        );
+        let first = one_wild_pose().replace("0,1,0,0,0,50", "0,1,-9000000,0,0,50");
+        let first = first.replace(",9000000,", ",300,");
+        assert_eq!(
+            read_bytes(first.as_bytes())
+                .unwrap()
+                .stray_pose()
+                .unwrap()
+                .line,
+            3
+        );
+    }
+
+    #[test]
+    fn beams_behind_a_far_step_are_left_out_and_counted() {
+        let options = LoadOptions {
+            max_step: Some(Millimeters::new(1000)),
+            ..LoadOptions::default()
+        };
+        let recording = read_with(one_wild_pose().as_bytes(), &options).unwrap();
+        assert_eq!(recording.beams.len(), 6);
+        assert_eq!(recording.notes, [""; 0]);
+        let skipped: Vec<_> = recording.skipped.counts().collect();
+        assert_eq!(
+            (skipped[0].reason, skipped[0].lines, skipped[0].first_line),
+            (SkipReason::FarStep, 1, 6)
+        );
+        assert_eq!(skipped.len(), 1);
     }
 
     #[test]
@@ -680,7 +767,7 @@ mod tests {
 
     fn any_reading() -> impl Strategy<Value = Reading> {
         prop_oneof![
-            any::<u32>().prop_map(|mm| Reading::Echo(Millimeters::new(mm))),
+            (1..=u32::MAX).prop_map(|mm| Reading::Echo(Millimeters::new(mm))),
             Just(Reading::NoObject),
             Just(Reading::TooNear),
             Just(Reading::Missing(Missing::Timeout)),
@@ -710,14 +797,11 @@ mod tests {
     fn any_word() -> impl Strategy<Value = String> {
         prop_oneof![
             Just("FLASER".to_owned()),
-            Just("\nROBOTLASER1".to_owned()),
-            Just("\nRAWLASER2".to_owned()),
-            Just("\nLASER3".to_owned()),
-            Just("\nSONAR".to_owned()),
-            Just("\nODOM 0 0 0 0 0 0 0 h 0\n".to_owned()),
-            Just("\nPARAM laser_front_laser_resolution".to_owned()),
-            Just("host".to_owned()),
+            Just("ROBOTLASER1".to_owned()),
             Just(format!("\n{HEADER}\n")),
+            Just("\nt_ms;x;y_mm;heading;range0;range1_m;temp\n".to_owned()),
+            Just(";".to_owned()),
+            Just("\"".to_owned()),
             Just("\n".to_owned()),
             Just("nan".to_owned()),
             Just("-inf".to_owned()),
@@ -733,13 +817,18 @@ mod tests {
     proptest! {
         #[test]
         fn written_readings_read_back(beams in prop::collection::vec(any_beam(), 1..50)) {
-            prop_assert_eq!(read_bytes(written(&beams).as_bytes()).unwrap().beams, beams);
+            let mut recording = read_bytes(written(&beams).as_bytes()).unwrap();
+            for beam in &mut recording.beams {
+                let number = recording.names[beam.sensor.slot()];
+                beam.sensor = SensorId::try_new(u8::try_from(number).unwrap()).unwrap();
+            }
+            prop_assert_eq!(recording.beams, beams);
         }
 
         #[test]
-        fn no_bytes_panic(bytes: Vec<u8>, format in 0_usize..3, packed: bool) {
+        fn no_bytes_panic(bytes: Vec<u8>, format in 0_usize..4, packed: bool) {
             let options = LoadOptions {
-                format: [None, Some(Format::Carmen), Some(Format::Readings)][format],
+                format: [None, Some(Format::Carmen), Some(Format::Readings), Some(Format::Wide)][format],
                 ..LoadOptions::default()
             };
             let _ = read_with(&bytes, &options);
@@ -748,14 +837,11 @@ mod tests {
         }
 
         #[test]
-        fn no_words_panic(
-            words in prop::collection::vec(any_word(), 0..60),
-            format in 0_usize..2,
-            fov in 0_u32..400_000,
-        ) {
+        fn no_words_panic(words in prop::collection::vec(any_word(), 0..60), format in 0_usize..4) {
             let options = LoadOptions {
-                fov: FieldOfView::try_new(fov),
-                format: [Some(Format::Carmen), Some(Format::Readings)][format],
+                format: [None, Some(Format::Carmen), Some(Format::Readings), Some(Format::Wide)][format],
+                unit: Some(RangeUnit::Meters),
+                lenient: true,
                 sensors: NonZeroU8::MAX,
                 ..LoadOptions::default()
             };
@@ -808,6 +894,7 @@ mod tests {
             "\n\n",
             "FLASERS 1 2\n",
             "t_ms,sensor,x_mm\n",
+            "t_ms,sensor,x_mm,y_mm,reading\n",
             "# note\n1 2 3\n",
             "\u{89}PNG\r\n",
         ] {

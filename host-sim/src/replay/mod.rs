@@ -1,20 +1,24 @@
-//! Recordings: beams with poses, from CARMEN logs and from readings files.
+//! Recordings: beams with poses, from CARMEN logs and from CSV files.
 //!
-//! [`load`] reads a file of any [`Format`], plain or gzip, and returns its beams in file order. A line
-//! that cannot be read is skipped and counted in [`Skipped`]; only a file without any usable beam is
-//! an error. No file causes a panic, and no number in a file decides how much memory is taken: memory
+//! [`load`] reads a file of any [`Format`], plain or packed, and returns its beams in file order. A line
+//! that cannot be read is skipped and counted in [`Skipped`]; a file without any usable beam, or with
+//! more than a twentieth of its lines unreadable, is an error. No file causes a panic, and no number in a file decides how much memory is taken: memory
 //! grows with the beams that were read, up to [`LoadOptions::max_beams`].
 //!
-//! Order: one pass over the file. Memory: 24 bytes a beam, and one line.
+//! Order: one pass over the file. Memory: 24 bytes a beam, and one line; 24 more for a beam's line where
+//! lines without beams are between those with.
 
 mod carmen;
+mod line_index;
 mod load;
 mod readings;
 mod recording;
-mod source;
+mod steps;
 
-pub use load::{LoadError, LoadOptions, load};
+pub use load::{LoadError, LoadOptions, load, read};
 pub use readings::HEADER;
 pub use recording::{
-    Format, RecordedBeam, Recording, SkipReason, Skipped, SkippedLine, Tally, ZeroMeans,
+    AngleUnit, Format, LengthUnit, RangeUnit, RecordedBeam, Recording, SkipCount, SkipReason,
+    Skipped, SkippedLine, Tally, TimeUnit, TooManySkipped, ZeroMeans,
 };
+pub use steps::StrayPose;

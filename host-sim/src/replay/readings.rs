@@ -1,9 +1,18 @@
-//! Readings files, the interchange format of this project: CSV with one beam a line.
+//! Recordings as CSV: a beam a line, or a pose and several ranges a line.
 //!
-//! The six fields are numbers and plain words without quotes, so a line is split at its commas.
+//! The *readings* form is the interchange format of this project, [`HEADER`]. The *wide* form has time,
+//! pose (x, y and heading) and n numbered ranges in a line, such as `t_ms,x_m,y_m,heading_rad,range0_m,range1_m`.
+//! Columns are found by their names, in any order and under the names that loggers give them; others
+//! are left out and named in a note. Units are part of a name (`_mm`, `_m`, `_s`) or come from
+//! [`CsvOptions`].
+//!
+//! A value is a distance, or says why there is none: `none` and `inf` are no object, `near` and `-inf` too
+//! near; `missing`, `nan`, an empty field and numbers below 0 are missing. 0 is what [`ZeroMeans`] says.
 
-use super::recording::{RecordedBeam, SkipReason};
-use crate::quantity;
+use super::recording::{AngleUnit, Format, LengthUnit, TimeUnit};
+use super::recording::{LineKind, RangeUnit, RecordedBeam, SkipReason, ZeroMeans};
+use crate::input::{Column, Fields, Separator, Unit, number};
+use crate::quantity::{self, Excerpt, FieldOfView};
 use certainty_core::sensor::SensorId;
 use certainty_core::transducer::{Missing, Reading};
 use certainty_core::units::{BinaryAngle, Millimeters, Point, Ticks};
@@ -11,28 +20,916 @@ use certainty_core::units::{BinaryAngle, Millimeters, Point, Ticks};
 /// The first line of a readings file.
 pub const HEADER: &str = "t_ms,sensor,x_mm,y_mm,bearing_mdeg,reading";
 
-/// Millidegrees of a turn.
-const TURN: i64 = 360_000;
+/// How to read a CSV.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct CsvOptions {
+    /// Echoes at this distance or farther are no object.
+    pub(super) max_range: Option<Millimeters>,
+    pub(super) zero: ZeroMeans,
+    /// The unit of columns whose names have none.
+    pub(super) unit: Option<RangeUnit>,
+    pub(super) pose_unit: Option<LengthUnit>,
+    pub(super) heading_unit: Option<AngleUnit>,
+    pub(super) time_unit: Option<TimeUnit>,
+    /// The sensors of the wide form.
+    pub(super) fov: Option<FieldOfView>,
+    pub(super) start_angle: Option<BinaryAngle>,
+}
 
-/// Returns the beams' opening angle if `line` is a comment such as `# beam-width: 20deg`, or why it is
-/// not an angle.
+/// Why a line of a CSV has no beams.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum CsvError {
+    /// The line alone cannot be used.
+    Skip(SkipReason),
+    /// The file cannot be read; what to do.
+    File(String),
+}
+
+impl From<SkipReason> for CsvError {
+    fn from(reason: SkipReason) -> Self {
+        Self::Skip(reason)
+    }
+}
+
+/// The beams' opening angle if `line` is a comment such as `# beam-width: 20deg`, or why it is not an
+/// angle.
 ///
-/// The six columns do not have the width of a beam; a file has it once.
+/// No column has the width of a beam; a file has it once.
 pub(super) fn beam_width(line: &str) -> Option<Result<BinaryAngle, SkipReason>> {
     let note = line.strip_prefix('#')?.trim().strip_prefix("beam-width:")?;
     Some(quantity::opening(note.trim()).map_err(|_| SkipReason::BadBeamWidth))
 }
 
+/// What a column is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Role {
+    Time,
+    Sensor,
+    X,
+    Y,
+    Heading,
+    Reading,
+    /// One of several ranges.
+    Range(u32),
+}
+
+/// The names of a single column of each role; the first are ours.
+const NAMES: [(Role, &[&str]); 6] = [
+    (
+        Role::Time,
+        &[
+            "t",
+            "time",
+            "timestamp",
+            "stamp",
+            "ts",
+            "millis",
+            "micros",
+            "epoch",
+        ],
+    ),
+    (
+        Role::Sensor,
+        &[
+            "sensor",
+            "sensor_id",
+            "sensor_no",
+            "sensor_nr",
+            "sensor_number",
+            "sensorid",
+            "id",
+        ],
+    ),
+    (
+        Role::X,
+        &[
+            "x",
+            "pos_x",
+            "x_pos",
+            "posx",
+            "px",
+            "pose_x",
+            "position_x",
+            "origin_x",
+            "robot_x",
+        ],
+    ),
+    (
+        Role::Y,
+        &[
+            "y",
+            "pos_y",
+            "y_pos",
+            "posy",
+            "py",
+            "pose_y",
+            "position_y",
+            "origin_y",
+            "robot_y",
+        ],
+    ),
+    (
+        Role::Heading,
+        &[
+            "bearing",
+            "heading",
+            "yaw",
+            "theta",
+            "th",
+            "angle",
+            "direction",
+            "orientation",
+            "azimuth",
+            "pose_theta",
+            "pos_theta",
+            "robot_theta",
+        ],
+    ),
+    (
+        Role::Reading,
+        &[
+            "reading",
+            "range",
+            "distance",
+            "dist",
+            "echo",
+            "measurement",
+            "value",
+        ],
+    ),
+];
+
+/// The names of numbered columns.
+const RANGES: [&str; 20] = [
+    "range",
+    "ranges",
+    "ultrasound",
+    "ultrasonic",
+    "us",
+    "sonar",
+    "distance",
+    "dist",
+    "d",
+    "r",
+    "ir",
+    "tof",
+    "lidar",
+    "laser",
+    "beam",
+    "echo",
+    "reading",
+    "sensor",
+    "s",
+    "u",
+];
+
+impl Role {
+    fn of(column: &Column) -> Option<Self> {
+        match column.number {
+            Some(number) => RANGES
+                .contains(&column.stem.as_str())
+                .then_some(Self::Range(number)),
+            None => {
+                let named = NAMES
+                    .iter()
+                    .find(|(_, names)| names.contains(&column.stem.as_str()));
+                named.map(|&(role, _)| role)
+            }
+        }
+    }
+}
+
+/// The columns of a header line.
+struct Header {
+    separator: Separator,
+    columns: Vec<Column>,
+    roles: Vec<Option<Role>>,
+}
+
+impl Header {
+    fn of(line: &str) -> Self {
+        let (separator, columns) = Column::all(line);
+        let mut roles: Vec<_> = columns.iter().map(Role::of).collect();
+        // A second column of a role is not used.
+        for place in 0..roles.len() {
+            if roles[..place].contains(&roles[place])
+                && !matches!(roles[place], Some(Role::Range(_)))
+            {
+                roles[place] = None;
+            }
+        }
+        Self {
+            separator,
+            columns,
+            roles,
+        }
+    }
+
+    fn place(&self, role: Role) -> Option<usize> {
+        self.roles.iter().position(|&one| one == Some(role))
+    }
+
+    fn has(&self, roles: &[Role]) -> bool {
+        roles.iter().all(|&role| self.place(role).is_some())
+    }
+
+    fn has_ranges(&self) -> bool {
+        self.roles
+            .iter()
+            .any(|role| matches!(role, Some(Role::Range(_))))
+    }
+
+    fn format(&self) -> Option<Format> {
+        if !self.has(&[Role::Time, Role::X, Role::Y, Role::Heading]) {
+            None
+        } else if self.has(&[Role::Sensor, Role::Reading]) {
+            Some(Format::Readings)
+        } else {
+            self.has_ranges().then_some(Format::Wide)
+        }
+    }
+}
+
+/// The format of which `line` is the header.
+pub(super) fn header_of(line: &str) -> Option<Format> {
+    // No number begins a header, and most lines begin with one.
+    let first = line.trim_start().chars().next()?;
+    if first.is_ascii_digit() || matches!(first, '-' | '+' | '.') {
+        return None;
+    }
+    Header::of(line).format()
+}
+
+/// What a line that is almost a header lacks, in words; `None` if it is no such line.
+pub(super) fn lacking(line: &str) -> Option<String> {
+    let header = Header::of(line);
+    let found = header.roles.iter().flatten().count();
+    if found < 3 || header.format().is_some() {
+        return None;
+    }
+    let mut lacks: Vec<&str> = [
+        (Role::Time, "time (t_ms)"),
+        (Role::X, "x (x_mm)"),
+        (Role::Y, "y (y_mm)"),
+        (Role::Heading, "direction (bearing_mdeg)"),
+    ]
+    .into_iter()
+    .filter(|&(role, _)| header.place(role).is_none())
+    .map(|(_, words)| words)
+    .collect();
+    if !header.has_ranges() {
+        let beam = [
+            (Role::Sensor, "sensor number (sensor)"),
+            (Role::Reading, "distance (reading)"),
+        ];
+        let absent = beam
+            .into_iter()
+            .filter(|&(role, _)| header.place(role).is_none());
+        lacks.extend(absent.map(|(_, words)| words));
+    }
+    Some(lacks.join(", "))
+}
+
+/// Millidegrees of a turn.
+const TURN: f64 = 360_000.0;
+
+/// The units that can be in a name.
+fn range_unit(unit: Unit) -> Option<RangeUnit> {
+    Some(match unit {
+        Unit::Millimeters => RangeUnit::Millimeters,
+        Unit::Centimeters => RangeUnit::Centimeters,
+        Unit::Meters => RangeUnit::Meters,
+        Unit::Seconds => RangeUnit::EchoSeconds,
+        Unit::Milliseconds => RangeUnit::EchoMilliseconds,
+        Unit::Microseconds => RangeUnit::EchoMicroseconds,
+        _ => return None,
+    })
+}
+
+const fn length_unit(unit: Unit) -> Option<LengthUnit> {
+    Some(match unit {
+        Unit::Millimeters => LengthUnit::Millimeters,
+        Unit::Centimeters => LengthUnit::Centimeters,
+        Unit::Meters => LengthUnit::Meters,
+        _ => return None,
+    })
+}
+
+const fn angle_unit(unit: Unit) -> Option<AngleUnit> {
+    Some(match unit {
+        Unit::Degrees => AngleUnit::Degrees,
+        Unit::Millidegrees => AngleUnit::Millidegrees,
+        Unit::Radians => AngleUnit::Radians,
+        _ => return None,
+    })
+}
+
+const fn time_unit(unit: Unit) -> Option<TimeUnit> {
+    Some(match unit {
+        Unit::Nanoseconds => TimeUnit::Nanoseconds,
+        Unit::Microseconds => TimeUnit::Microseconds,
+        Unit::Milliseconds => TimeUnit::Milliseconds,
+        Unit::Seconds => TimeUnit::Seconds,
+        _ => return None,
+    })
+}
+
+/// Where the values of a line are, and their units.
+#[derive(Debug, Clone)]
+struct Layout {
+    columns: usize,
+    time: usize,
+    /// Not known before the first line with numbers if neither the name nor the options have it.
+    time_unit: Option<TimeUnit>,
+    time_name: String,
+    x: usize,
+    y: usize,
+    x_mm: f64,
+    y_mm: f64,
+    /// Whether metres are assumed.
+    pose_assumed: bool,
+    heading: usize,
+    heading_mdeg: f64,
+    /// Whether radians are assumed.
+    heading_assumed: bool,
+    beams: Beams,
+}
+
+/// Where a line's readings are.
+#[derive(Debug, Clone)]
+enum Beams {
+    /// One, in the sensor's and the reading's columns; its millimetres a unit.
+    One {
+        sensor: usize,
+        reading: usize,
+        mm: f64,
+    },
+    /// Several: column, sensor, millimetres a unit, direction in millidegrees from the heading.
+    Wide(Vec<WideColumn>),
+}
+
+#[derive(Debug, Clone, Copy)]
+struct WideColumn {
+    place: usize,
+    sensor: u16,
+    mm: f64,
+    aside_mdeg: f64,
+}
+
+/// What separates a header's columns, their layout, and notes of what was assumed and left out.
+type FoundLayout = (Separator, Layout, Vec<String>);
+
+impl Layout {
+    /// The layout of `line` if it is a header.
+    fn of(line: &str, options: &CsvOptions) -> Option<Result<FoundLayout, String>> {
+        header_of(line)?;
+        Some(Self::of_header(&Header::of(line), options))
+    }
+
+    fn of_header(header: &Header, options: &CsvOptions) -> Result<FoundLayout, String> {
+        let mut notes = Vec::new();
+        let column = |role: Role| {
+            let place = header.place(role)?;
+            Some((place, &header.columns[place]))
+        };
+        let needed = |role| column(role).ok_or("a column is missing");
+        let (time, time_column) = needed(Role::Time)?;
+        let (x, x_column) = needed(Role::X)?;
+        let (y, y_column) = needed(Role::Y)?;
+        let (heading, heading_column) = needed(Role::Heading)?;
+        let time_unit = match time_column.stem.as_str() {
+            "millis" => Some(TimeUnit::Milliseconds),
+            "micros" => Some(TimeUnit::Microseconds),
+            _ => time_column.unit.and_then(time_unit),
+        };
+        let length = |column: &Column| column.unit.and_then(length_unit);
+        let (x_unit, y_unit) = (length(x_column), length(y_column));
+        let known = x_unit.or(y_unit).or(options.pose_unit);
+        let pose_assumed = known.is_none();
+        if pose_assumed {
+            notes.push(format!(
+                "the columns {} and {} have no unit and are taken as metres: --pose-unit mm, cm or m says it",
+                Excerpt::new(&x_column.written),
+                Excerpt::new(&y_column.written)
+            ));
+        }
+        let pose = known.unwrap_or(LengthUnit::Meters);
+        let angle = heading_column
+            .unit
+            .and_then(angle_unit)
+            .or(options.heading_unit);
+        let heading_assumed = angle.is_none();
+        if heading_assumed {
+            notes.push(format!(
+                "the column {} has no unit and is taken as radians: --heading-unit deg or rad says it",
+                Excerpt::new(&heading_column.written)
+            ));
+        }
+        let range_mm = |column: &Column, default: Option<RangeUnit>| {
+            let unit = column
+                .unit
+                .and_then(range_unit)
+                .or(options.unit)
+                .or(default);
+            unit.map(RangeUnit::millimetres).ok_or_else(|| {
+                format!(
+                    "the column {} has no unit: give --unit mm, cm, m, echo-s or echo-us, or name it {}_m",
+                    Excerpt::new(&column.written),
+                    Excerpt::new(&column.written)
+                )
+            })
+        };
+        let mut used = vec![time, x, y, heading];
+        let beams = match (column(Role::Sensor), column(Role::Reading)) {
+            (Some((sensor, _)), Some((reading, column))) => {
+                used.extend([sensor, reading]);
+                let ours = (column.stem == "reading").then_some(RangeUnit::Millimeters);
+                let mm = range_mm(column, ours)?;
+                Beams::One {
+                    sensor,
+                    reading,
+                    mm,
+                }
+            }
+            _ => {
+                let wide = wide_columns(header, options, &range_mm)?;
+                used.extend(wide.iter().map(|column| column.place));
+                notes.push(mounting(&wide));
+                Beams::Wide(wide)
+            }
+        };
+        let extra =
+            |place: &usize| !used.contains(place) && !header.columns[*place].written.is_empty();
+        let extra: Vec<_> = (0..header.columns.len()).filter(extra).collect();
+        if !extra.is_empty() {
+            let names = extra
+                .iter()
+                .take(8)
+                .map(|&place| Excerpt::new(&header.columns[place].written).to_string());
+            let names: Vec<String> = names.collect();
+            let more = extra.len() - names.len();
+            let more = if more > 0 {
+                format!(" and {more} more")
+            } else {
+                String::new()
+            };
+            notes.push(format!(
+                "columns that are not used: {}{more}",
+                names.join(", ")
+            ));
+        }
+        Ok((
+            header.separator,
+            Self {
+                columns: header.columns.len(),
+                time,
+                time_unit: time_unit.or(options.time_unit),
+                time_name: time_column.written.clone(),
+                x,
+                y,
+                x_mm: x_unit.unwrap_or(pose).millimetres(),
+                y_mm: y_unit.unwrap_or(pose).millimetres(),
+                pose_assumed,
+                heading,
+                heading_mdeg: angle.unwrap_or(AngleUnit::Radians).millidegrees(),
+                heading_assumed,
+                beams,
+            },
+            notes,
+        ))
+    }
+}
+
+/// The ranges of the wide form: those of the name that has the most columns.
+fn wide_columns(
+    header: &Header,
+    options: &CsvOptions,
+    range_mm: &impl Fn(&Column, Option<RangeUnit>) -> Result<f64, String>,
+) -> Result<Vec<WideColumn>, String> {
+    let ranges: Vec<(usize, u32)> = (0..)
+        .zip(&header.roles)
+        .filter_map(|(place, role)| match role {
+            Some(Role::Range(number)) => Some((place, *number)),
+            _ => None,
+        })
+        .collect();
+    let stem = |place: usize| header.columns[place].stem.as_str();
+    let count = |of: &str| {
+        ranges
+            .iter()
+            .filter(|&&(place, _)| stem(place) == of)
+            .count()
+    };
+    // Of equal counts the first.
+    let name = ranges
+        .iter()
+        .rev()
+        .map(|&(place, _)| stem(place))
+        .max_by_key(|of| count(of));
+    let name = name.unwrap_or_default();
+    let of_name: Vec<_> = ranges
+        .iter()
+        .filter(|&&(place, _)| stem(place) == name)
+        .collect();
+    if of_name.len() > 255 {
+        return Err(format!(
+            "{} range columns: at most 255 sensors are read",
+            of_name.len()
+        ));
+    }
+    if options.start_angle.is_none() && options.fov.is_none() {
+        return Err(format!(
+            "the file does not say where its {} sensors look: expected --start-angle, the direction of the first, \
+             counter-clockwise from straight ahead, such as 0deg for sensors evenly around",
+            of_name.len()
+        ));
+    }
+    let gaps = match options.fov.map(FieldOfView::degrees) {
+        Some(fov) if fov < 360.0 => (fov * 1000.0, of_name.len().saturating_sub(1).max(1)),
+        _ => (TURN, of_name.len().max(1)),
+    };
+    let step = gaps.0 / gaps.1 as f64;
+    let default_start = if gaps.0 < TURN { -gaps.0 / 2.0 } else { 0.0 };
+    let start = options.start_angle.map_or(default_start, |angle| {
+        f64::from(angle.to_bits()) * (TURN / 65536.0)
+    });
+    let mut columns = Vec::new();
+    for (index, &&(place, number)) in of_name.iter().enumerate() {
+        let written = &header.columns[place].written;
+        let sensor = u16::try_from(number).map_err(|_| {
+            format!(
+                "the column {}: a sensor has a number from 0 to 65535",
+                Excerpt::new(written)
+            )
+        })?;
+        if columns
+            .iter()
+            .any(|column: &WideColumn| column.sensor == sensor)
+        {
+            return Err(format!(
+                "two columns {}: name each once",
+                Excerpt::new(written)
+            ));
+        }
+        columns.push(WideColumn {
+            place,
+            sensor,
+            mm: range_mm(&header.columns[place], None)?,
+            aside_mdeg: step.mul_add(index as f64, start),
+        });
+    }
+    Ok(columns)
+}
+
+/// The note of where the sensors of the wide form look.
+fn mounting(columns: &[WideColumn]) -> String {
+    let degrees = |mdeg: f64| (mdeg.rem_euclid(TURN) / 100.0).round() / 10.0;
+    let mut looks: Vec<String> = columns
+        .iter()
+        .take(4)
+        .map(|column| format!("{}", degrees(column.aside_mdeg)))
+        .collect();
+    if columns.len() > 4 {
+        looks.push("…".into());
+    }
+    format!(
+        "the {} sensors are taken to look to {} degrees, counter-clockwise from straight ahead: --start-angle and \
+         --fov say it",
+        columns.len(),
+        looks.join(", ")
+    )
+}
+
+/// The slots of the sensors that a file names, in the order in which they appear.
+#[derive(Debug)]
+struct Slots {
+    /// One more than the slot of each id; 0 for an id that did not appear.
+    slot_of: Vec<u8>,
+    ids: Vec<u16>,
+}
+
+impl Slots {
+    fn sensor(&mut self, id: u16) -> Result<SensorId, CsvError> {
+        let slot = &mut self.slot_of[usize::from(id)];
+        if *slot == 0 {
+            let next = u8::try_from(self.ids.len() + 1).map_err(|_| {
+                CsvError::File("more than 255 different sensors: split the recording".to_owned())
+            })?;
+            *slot = next;
+            self.ids.push(id);
+        }
+        SensorId::try_new(*slot).ok_or(CsvError::Skip(SkipReason::BadSensor))
+    }
+}
+
+/// Reads one CSV, line after line.
+#[derive(Debug)]
+pub(super) struct CsvLog {
+    options: CsvOptions,
+    /// Whether the file has a header; without one its columns are those of [`HEADER`].
+    has_header: bool,
+    layout: Option<Layout>,
+    header: String,
+    fields: Fields,
+    slots: Slots,
+    /// The time of the recording's clock at 0, in milliseconds.
+    clock_start: Option<f64>,
+    last_ms: f64,
+    zeros: u64,
+    notes: Vec<String>,
+}
+
+/// What is known at the end of a CSV.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct CsvSummary {
+    /// The sensors' numbers in the file, ascending: that of slot 0 first.
+    pub(super) names: Vec<u16>,
+    pub(super) notes: Vec<String>,
+}
+
+impl CsvLog {
+    pub(super) fn new(options: CsvOptions, has_header: bool) -> Self {
+        Self {
+            options,
+            has_header,
+            layout: None,
+            header: String::new(),
+            fields: Fields::new(Separator::Comma),
+            slots: Slots {
+                slot_of: vec![0; 1 << 16],
+                ids: Vec::new(),
+            },
+            clock_start: None,
+            last_ms: f64::NEG_INFINITY,
+            zeros: 0,
+            notes: Vec::new(),
+        }
+    }
+
+    /// Appends the beams of `line`, if it has any; all or none.
+    pub(super) fn line(
+        &mut self,
+        line: &str,
+        beams: &mut Vec<RecordedBeam>,
+    ) -> Result<LineKind, CsvError> {
+        let line = line.trim();
+        if line.is_empty() || (self.layout.is_some() && line == self.header) {
+            return Ok(LineKind::Nothing);
+        }
+        if self.layout.is_none() && self.take_header(line)? {
+            return Ok(LineKind::Nothing);
+        }
+        if line.starts_with(['#', '%']) {
+            return Ok(LineKind::Nothing);
+        }
+        if self.layout.is_none() {
+            if self.has_header {
+                return Err(CsvError::Skip(SkipReason::BeforeHeader));
+            }
+            self.take_header(HEADER)?;
+        }
+        let before = beams.len();
+        let taken = self.row(line, beams);
+        if taken.is_err() {
+            beams.truncate(before);
+        }
+        taken
+    }
+
+    /// Takes `line` as the header, if it is one.
+    fn take_header(&mut self, line: &str) -> Result<bool, CsvError> {
+        match Layout::of(line, &self.options) {
+            None => Ok(false),
+            Some(Err(problem)) => Err(CsvError::File(problem)),
+            Some(Ok((separator, layout, notes))) => {
+                self.fields = Fields::new(separator);
+                self.layout = Some(layout);
+                self.header = line.to_owned();
+                self.notes.extend(notes);
+                Ok(true)
+            }
+        }
+    }
+
+    fn row(&mut self, line: &str, beams: &mut Vec<RecordedBeam>) -> Result<LineKind, CsvError> {
+        let Some(layout) = &mut self.layout else {
+            return Err(CsvError::Skip(SkipReason::BeforeHeader));
+        };
+        let fields = &mut self.fields;
+        fields.split(line);
+        // Spreadsheets add separators at the end.
+        let blank = |index: usize| fields.get(index).is_none_or(str::is_empty);
+        if fields.len() < layout.columns || !(layout.columns..fields.len()).all(blank) {
+            return Err(CsvError::Skip(SkipReason::FieldCount));
+        }
+        let value = |place: usize| fields.number(place).ok_or(SkipReason::NotANumber);
+        let time = value(layout.time)?;
+        let unit = *layout.time_unit.get_or_insert_with(|| {
+            let unit = TimeUnit::guess(time);
+            self.notes.push(format!(
+                "the column {} has no unit and is taken as {unit}: --time-unit s, ms, us or ns says it",
+                Excerpt::new(&layout.time_name)
+            ));
+            unit
+        });
+        let ms = (time * unit.milliseconds()).round();
+        let (at, start) = ticks(ms, self.clock_start)?;
+        let (x, y) = (value(layout.x)?, value(layout.y)?);
+        if layout.pose_assumed && x.abs().max(y.abs()) > FARTHEST_ASSUMED_M {
+            return Err(CsvError::File(format!(
+                "a pose at {x}, {y} without a unit: give --pose-unit mm, cm or m"
+            )));
+        }
+        let origin = Point::from_mm(coordinate(x * layout.x_mm)?, coordinate(y * layout.y_mm)?);
+        let heading = value(layout.heading)?;
+        if layout.heading_assumed && heading.abs() > MOST_ASSUMED_RAD {
+            return Err(CsvError::File(format!(
+                "a heading of {heading} without a unit: give --heading-unit deg or rad"
+            )));
+        }
+        let heading_mdeg = heading * layout.heading_mdeg;
+        if !heading_mdeg.is_finite() {
+            return Err(CsvError::Skip(SkipReason::BadPose));
+        }
+        let mut zeros = 0;
+        let mut beam = |sensor, mdeg: f64, place: usize, mm: f64| -> Result<(), CsvError> {
+            let text = fields.get(place).unwrap_or_default();
+            let reading = reading(text, fields.separator(), mm, &self.options, &mut zeros)?;
+            beams.push(RecordedBeam {
+                at,
+                sensor,
+                origin,
+                bearing: nearest_angle(mdeg),
+                reading,
+            });
+            Ok(())
+        };
+        match &layout.beams {
+            Beams::One {
+                sensor,
+                reading,
+                mm,
+            } => {
+                let id = value(*sensor)?;
+                if !(0.0..=65535.0).contains(&id) || id.fract() != 0.0 {
+                    return Err(CsvError::Skip(SkipReason::BadSensor));
+                }
+                // Parsed first: a line that is left out names no sensor.
+                let first = SensorId::new(1);
+                beam(first, heading_mdeg, *reading, *mm)?;
+                let sensor = self.slots.sensor(id as u16)?;
+                if let Some(beam) = beams.last_mut() {
+                    beam.sensor = sensor;
+                }
+            }
+            Beams::Wide(columns) => {
+                for column in columns {
+                    let sensor = self.slots.sensor(column.sensor)?;
+                    beam(
+                        sensor,
+                        heading_mdeg + column.aside_mdeg,
+                        column.place,
+                        column.mm,
+                    )?;
+                }
+            }
+        }
+        self.zeros += zeros;
+        self.clock_start = Some(start);
+        let backward = ms < self.last_ms;
+        self.last_ms = ms;
+        Ok(LineKind::Beams { backward })
+    }
+
+    /// Numbers the sensors of `beams` in the order of their numbers in the file.
+    pub(super) fn finish(mut self, beams: &mut [RecordedBeam]) -> CsvSummary {
+        let mut names = self.slots.ids.clone();
+        names.sort_unstable();
+        if names != self.slots.ids {
+            let slots: Vec<SensorId> = self
+                .slots
+                .ids
+                .iter()
+                .filter_map(|id| SensorId::from_slot(names.binary_search(id).ok()?))
+                .collect();
+            for beam in beams {
+                beam.sensor = slots[beam.sensor.slot()];
+            }
+        }
+        if self.zeros > 0 {
+            self.notes.push(format!(
+                "{} readings of 0 are taken as {}",
+                self.zeros, self.options.zero
+            ));
+        }
+        CsvSummary {
+            names,
+            notes: self.notes,
+        }
+    }
+}
+
+/// The farthest pose, in metres, of a column whose unit is assumed.
+const FARTHEST_ASSUMED_M: f64 = 1000.0;
+
+/// The largest heading, in radians, of a column whose unit is assumed.
+const MOST_ASSUMED_RAD: f64 = 6.3;
+
+/// The instant `ms` on the recording's clock, and the clock's start.
+///
+/// The clock starts at 0, or at the first time if that does not fit 32 bits, as milliseconds since 1970
+/// do not; then an earlier time is the start.
+fn ticks(ms: f64, start: Option<f64>) -> Result<(Ticks, f64), SkipReason> {
+    const MOST: f64 = u32::MAX as f64;
+    const EXACT: f64 = 9_007_199_254_740_992.0; // 2^53
+    if !ms.is_finite() || ms.abs() > EXACT {
+        return Err(SkipReason::BadTime);
+    }
+    let start = start.unwrap_or(if ms > MOST { ms } else { 0.0 });
+    let since = if start > 0.0 {
+        (ms - start).max(0.0)
+    } else {
+        ms
+    };
+    if !(0.0..=MOST).contains(&since) {
+        return Err(SkipReason::BadTime);
+    }
+    Ok((Ticks::new(since as u32), start))
+}
+
+/// A coordinate that a [`Point`] can hold, rounded to the nearest millimetre.
+fn coordinate(mm: f64) -> Result<i32, SkipReason> {
+    if mm.is_nan() {
+        return Err(SkipReason::BadPose);
+    }
+    let mm = mm.round();
+    if mm.abs() > f64::from(Point::LIMIT) {
+        return Err(SkipReason::OutOfReach);
+    }
+    Ok(mm as i32)
+}
+
+/// The step of an angle that is nearest to so many millidegrees, any number of turns.
+fn nearest_angle(mdeg: f64) -> BinaryAngle {
+    let steps = (mdeg.rem_euclid(TURN) / TURN * 65536.0 + 0.5).floor();
+    // At most 65536, which is the full turn and wraps to zero.
+    BinaryAngle::from_bits((steps as u32 & 0xFFFF) as u16)
+}
+
+/// Parses a reading of which a unit has `mm` millimetres; counts those of 0.
+fn reading(
+    text: &str,
+    separator: Separator,
+    mm: f64,
+    options: &CsvOptions,
+    zeros: &mut u64,
+) -> Result<Reading, SkipReason> {
+    let is = |words: &[&str]| words.iter().any(|word| text.eq_ignore_ascii_case(word));
+    if is(&["none"]) {
+        return Ok(Reading::NoObject);
+    }
+    if is(&["near"]) {
+        return Ok(Reading::TooNear);
+    }
+    if is(&["", "missing", "nan", "na", "n/a", "null", "-"]) {
+        return Ok(Reading::Missing(Missing::Timeout));
+    }
+    let value = number(text, separator).ok_or(SkipReason::BadReading)?;
+    let distance = value * mm;
+    let limit = options
+        .max_range
+        .map_or(f64::INFINITY, |limit| limit.get().into());
+    if value.is_nan() {
+        Ok(Reading::Missing(Missing::Timeout))
+    } else if value == f64::NEG_INFINITY {
+        Ok(Reading::TooNear)
+    } else if value < 0.0 {
+        Ok(Reading::Missing(Missing::Implausible))
+    } else if value == 0.0 {
+        *zeros += 1;
+        Ok(options.zero.reading())
+    } else if value == f64::INFINITY || distance >= limit {
+        Ok(Reading::NoObject)
+    } else if distance < 0.5 {
+        Ok(Reading::TooNear)
+    } else if distance.round() > f64::from(u32::MAX) {
+        Err(SkipReason::BadReading)
+    } else {
+        Ok(Reading::Echo(Millimeters::new(distance.round() as u32)))
+    }
+}
+
 /// Returns `beams` as a readings file, for tests.
 ///
-/// Reading the file gives the same beams, bit for bit, with one exception: all kinds of missing
-/// readings are written as `missing`, which is read as [`Missing::Timeout`]. A step of
+/// Reading the file gives the same beams, bit for bit, with two exceptions: all kinds of missing
+/// readings are written as `missing`, which is read as [`Missing::Timeout`], and an echo at 0 mm is read
+/// as [`ZeroMeans`] says. A step of
 /// [`BinaryAngle`] is 5.5 millidegrees, so a bearing in whole millidegrees identifies its step.
 #[cfg(test)]
 pub(super) fn written(beams: &[RecordedBeam]) -> String {
     let mut text = format!("{HEADER}\n");
     for beam in beams {
-        let mdeg = (i64::from(beam.bearing.to_bits()) * TURN + (1 << 15)) >> 16;
+        let mdeg = (i64::from(beam.bearing.to_bits()) * 360_000 + (1 << 15)) >> 16;
         text += &format!(
             "{},{},{},{},{mdeg},",
             beam.at.get(),
@@ -50,97 +947,86 @@ pub(super) fn written(beams: &[RecordedBeam]) -> String {
     text
 }
 
-/// Parses one line; `None` if it is the header, a comment or blank.
-///
-/// Echoes at `max_range` or beyond are no object.
-pub(super) fn parse(
-    line: &str,
-    max_range: Option<Millimeters>,
-) -> Result<Option<RecordedBeam>, SkipReason> {
-    let line = line.trim_ascii();
-    if line.is_empty() || line.starts_with('#') || line == HEADER {
-        return Ok(None);
-    }
-    let mut fields = line.split(',').map(str::trim_ascii);
-    let mut field = || fields.next().ok_or(SkipReason::FieldCount);
-    let (at, sensor, x, y, bearing, reading) =
-        (field()?, field()?, field()?, field()?, field()?, field()?);
-    if fields.next().is_some() {
-        return Err(SkipReason::FieldCount);
-    }
-    let at = u32::try_from(number(at)?).map_err(|_| SkipReason::BadTime)?;
-    let sensor = u8::try_from(number(sensor)?)
-        .ok()
-        .and_then(SensorId::try_new)
-        .ok_or(SkipReason::BadSensor)?;
-    let origin = Point::from_mm(coordinate(x)?, coordinate(y)?);
-    // A number within a turn fits.
-    let within_turn = i32::try_from(number(bearing)?.rem_euclid(TURN)).unwrap_or(0);
-    let reading = match reading {
-        "none" => Reading::NoObject,
-        "near" => Reading::TooNear,
-        "missing" => Reading::Missing(Missing::Timeout),
-        digits => {
-            let mm = digits.parse().map_err(|_| SkipReason::BadReading)?;
-            let distance = Millimeters::new(mm);
-            if max_range.is_some_and(|limit| distance >= limit) {
-                Reading::NoObject
-            } else {
-                Reading::Echo(distance)
-            }
-        }
-    };
-    Ok(Some(RecordedBeam {
-        at: Ticks::new(at),
-        sensor,
-        origin,
-        bearing: BinaryAngle::from_millidegrees(within_turn),
-        reading,
-    }))
-}
-
-fn number(text: &str) -> Result<i64, SkipReason> {
-    text.parse().map_err(|_| SkipReason::NotANumber)
-}
-
-/// A coordinate in millimetres that a [`Point`] can hold.
-fn coordinate(text: &str) -> Result<i32, SkipReason> {
-    let mm = i32::try_from(number(text)?).map_err(|_| SkipReason::OutOfReach)?;
-    if mm.unsigned_abs() > Point::LIMIT.unsigned_abs() {
-        return Err(SkipReason::OutOfReach);
-    }
-    Ok(mm)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn options() -> CsvOptions {
+        CsvOptions {
+            max_range: None,
+            zero: ZeroMeans::NoObject,
+            unit: None,
+            pose_unit: None,
+            heading_unit: None,
+            time_unit: None,
+            fov: None,
+            start_angle: Some(BinaryAngle::ZERO),
+        }
+    }
+
+    /// The beams and the summary of `text`, or its first error.
+    fn read_with(
+        text: &str,
+        options: CsvOptions,
+    ) -> Result<(Vec<RecordedBeam>, CsvSummary), CsvError> {
+        let mut log = CsvLog::new(options, text.lines().any(|line| header_of(line).is_some()));
+        let mut beams = Vec::new();
+        for line in text.lines() {
+            log.line(line, &mut beams)?;
+        }
+        let summary = log.finish(&mut beams);
+        Ok((beams, summary))
+    }
+
+    fn read(text: &str) -> Result<(Vec<RecordedBeam>, CsvSummary), CsvError> {
+        read_with(text, options())
+    }
+
+    fn parse(line: &str, max_range: Option<Millimeters>) -> Result<RecordedBeam, CsvError> {
+        let options = CsvOptions {
+            max_range,
+            ..options()
+        };
+        read_with(line, options).map(|(beams, _)| beams[0])
+    }
 
     #[test]
     fn line_of_each_kind_is_parsed() {
         let reading = |word: &str| {
             let line = format!("1500,3,-20,40,-90000,{word}");
-            parse(&line, None).unwrap().unwrap()
+            parse(&line, None).unwrap()
         };
         let beam = reading("1234");
         assert_eq!(beam.at, Ticks::new(1500));
-        assert_eq!(beam.sensor.number(), 3);
         assert_eq!(beam.origin, Point::from_mm(-20, 40));
         assert_eq!(beam.bearing.to_bits(), 0xC000);
-        assert_eq!(beam.reading, Reading::Echo(Millimeters::new(1234)));
-        assert_eq!(reading("none").reading, Reading::NoObject);
-        assert_eq!(reading("near").reading, Reading::TooNear);
-        assert_eq!(
-            reading("missing").reading,
-            Reading::Missing(Missing::Timeout)
-        );
+        let echo = |mm| Reading::Echo(Millimeters::new(mm));
+        let missing = Reading::Missing(Missing::Timeout);
+        for (word, expected) in [
+            ("1234", echo(1234)),
+            ("1233.5", echo(1234)),
+            ("1e3", echo(1000)),
+            ("none", Reading::NoObject),
+            ("inf", Reading::NoObject),
+            ("Infinity", Reading::NoObject),
+            ("0", Reading::NoObject),
+            ("near", Reading::TooNear),
+            ("-inf", Reading::TooNear),
+            ("0.3", Reading::TooNear),
+            ("missing", missing),
+            ("NaN", missing),
+            ("", missing),
+            ("-1", Reading::Missing(Missing::Implausible)),
+            ("-0.5", Reading::Missing(Missing::Implausible)),
+        ] {
+            assert_eq!(reading(word).reading, expected, "{word}");
+        }
     }
 
     #[test]
     fn header_comments_and_blanks_have_no_beams() {
-        for line in ["", "  ", "\r", "# 1,2,3", HEADER, &format!("{HEADER}\r")] {
-            assert_eq!(parse(line, None), Ok(None), "{line:?}");
-        }
+        let text = format!("\n# 1,2,3\n{HEADER}\n\n# note\n0,1,0,0,0,5\n{HEADER}\n0,1,0,0,0,6\n");
+        assert_eq!(read(&text).unwrap().0.len(), 2);
     }
 
     #[test]
@@ -148,24 +1034,22 @@ mod tests {
         for (line, reason) in [
             ("0,1,0,0,0", SkipReason::FieldCount),
             ("0,1,0,0,0,5,6", SkipReason::FieldCount),
-            ("0,1,0,0,0,", SkipReason::BadReading),
-            ("0,1,0,0,0,-5", SkipReason::BadReading),
-            ("0,1,0,0,0,NaN", SkipReason::BadReading),
-            ("0,1,0,0,0,1e3", SkipReason::BadReading),
+            ("0,1,0,0,0,far", SkipReason::BadReading),
             ("0,1,0,0,0,4294967296", SkipReason::BadReading),
-            ("0,0,0,0,0,5", SkipReason::BadSensor),
-            ("0,256,0,0,0,5", SkipReason::BadSensor),
+            ("0,1.5,0,0,0,5", SkipReason::BadSensor),
+            ("0,65536,0,0,0,5", SkipReason::BadSensor),
             ("0,-1,0,0,0,5", SkipReason::BadSensor),
             ("-1,1,0,0,0,5", SkipReason::BadTime),
-            ("4294967296,1,0,0,0,5", SkipReason::BadTime),
+            ("nan,1,0,0,0,5", SkipReason::BadTime),
+            ("1e300,1,0,0,0,5", SkipReason::BadTime),
             ("0,1,268435457,0,0,5", SkipReason::OutOfReach),
             ("0,1,0,-2147483648,0,5", SkipReason::OutOfReach),
-            ("0,1,0,99999999999,0,5", SkipReason::OutOfReach),
-            ("0,1,nan,0,0,5", SkipReason::NotANumber),
-            ("0,1,1.5,0,0,5", SkipReason::NotANumber),
-            ("0,1,0,0,99999999999999999999,5", SkipReason::NotANumber),
+            ("0,1,inf,0,0,5", SkipReason::OutOfReach),
+            ("0,1,nan,0,0,5", SkipReason::BadPose),
+            ("0,1,0,0,nan,5", SkipReason::BadPose),
+            ("0,1,x,0,0,5", SkipReason::NotANumber),
         ] {
-            assert_eq!(parse(line, None), Err(reason), "{line}");
+            assert_eq!(parse(line, None), Err(CsvError::Skip(reason)), "{line}");
         }
     }
 
@@ -173,14 +1057,191 @@ mod tests {
     fn far_echoes_become_no_object() {
         let reading = |mm: u32, limit: u32| {
             let line = format!("0,1,0,0,0,{mm}");
-            parse(&line, Some(Millimeters::new(limit)))
-                .unwrap()
-                .unwrap()
-                .reading
+            parse(&line, Some(Millimeters::new(limit))).unwrap().reading
         };
         assert_eq!(reading(3999, 4000), Reading::Echo(Millimeters::new(3999)));
         assert_eq!(reading(4000, 4000), Reading::NoObject);
         assert_eq!(reading(u32::MAX, 4000), Reading::NoObject);
+    }
+
+    #[test]
+    fn headers_of_loggers_mean_the_same() {
+        let expected = read(&format!(
+            "{HEADER}\n40,2,-100,250,90000,1500\n50,3,0,0,0,none"
+        ))
+        .unwrap();
+        for text in [
+            "T_MS, Sensor, X_MM, Y_MM, Bearing_mdeg, Reading\n40, 2, -100, 250, 90000, 1500\n50, 3, 0, 0, 0, none",
+            "# note\n\"t_ms\";\"sensor\";\"x_mm\";\"y_mm\";\"bearing_mdeg\";\"reading\"\n40;2;-100;250;90000;1500,0\n50;3;0;0;0;none;",
+            "t_ms\tsensor\tx_mm\ty_mm\tbearing_mdeg\treading\n40\t2\t-100\t250\t90000\t1500\n50\t3\t0\t0\t0\tnone",
+            "time_s sensor x_m y_m heading_deg distance_cm\n0.04 2 -0.1 0.25 90 150\n0.05 3 0 0 0 none",
+            "# reading,bearing_mdeg,y_mm,x_mm,sensor,t_ms\n1500,90000,250,-100,2,40\nnone,0,0,0,3,50",
+        ] {
+            assert_eq!(read(text), Ok(expected.clone()), "{text}");
+        }
+    }
+
+    #[test]
+    fn further_columns_are_named() {
+        let text = "t_ms,battery,sensor,x_mm,y_mm,bearing_mdeg,reading,temp\n40,7.2,2,-100,250,90000,1500,21";
+        let (beams, summary) = read(text).unwrap();
+        assert_eq!(beams.len(), 1);
+        assert_eq!(summary.notes, ["columns that are not used: battery, temp"]);
+    }
+
+    #[test]
+    fn sensors_keep_their_numbers() {
+        let lines = [700, 65535, 0, 700].map(|id| format!("0,{id},0,0,0,{}\n", id + 1));
+        let (beams, summary) = read(&format!("{HEADER}\n{}", lines.concat())).unwrap();
+        assert_eq!(summary.names, [0, 700, 65535]);
+        let slots: Vec<usize> = beams.iter().map(|beam| beam.sensor.slot()).collect();
+        assert_eq!(slots, [1, 2, 0, 1]);
+        let many = |count: u32| {
+            let lines = (0..count).map(|id| format!("0,{},0,0,0,5\n", id * 3));
+            read(&format!("{HEADER}\n{}", lines.collect::<String>()))
+        };
+        assert_eq!(many(255).unwrap().1.names.len(), 255);
+        assert!(matches!(many(256), Err(CsvError::File(line)) if line.contains("255")));
+    }
+
+    #[test]
+    fn a_clock_beyond_32_bits_starts_at_the_first_line() {
+        let times = |times: [&str; 3]| {
+            let lines = times.map(|time| format!("{time},1,0,0,0,5\n"));
+            let beams = read(&format!("{HEADER}\n{}", lines.concat())).unwrap().0;
+            beams.iter().map(|beam| beam.at.get()).collect::<Vec<_>>()
+        };
+        let epoch = times(["1700000000000", "1700000000250.4", "1699999999999"]);
+        assert_eq!(epoch, [0, 250, 0]);
+        assert_eq!(times(["4294967295", "7", "8"]), [u32::MAX, 7, 8]);
+    }
+
+    #[test]
+    fn the_unit_of_times_is_guessed_and_said() {
+        for (time, ms, unit) in [("12", 12, "milliseconds"), ("0.5", 500, "seconds")] {
+            let text = format!("timestamp,sensor,x_mm,y_mm,bearing_mdeg,reading\n{time},1,0,0,0,5");
+            let (beams, summary) = read(&text).unwrap();
+            assert_eq!(beams[0].at, Ticks::new(ms));
+            assert!(summary.notes[0].contains(unit), "{:?}", summary.notes);
+        }
+        assert_eq!(TimeUnit::guess(1.7e18), TimeUnit::Nanoseconds);
+        assert_eq!(TimeUnit::guess(1.7e15), TimeUnit::Microseconds);
+        assert_eq!(TimeUnit::guess(1.7e12), TimeUnit::Milliseconds);
+    }
+
+    const WIDE: &str = "# timestamp, pos_x, pos_y, heading, sonar0, sonar1, sonar2, sonar3\n\
+                        10, 1.0, 2.0, 0.0, 2.5, inf, , 0\n";
+
+    #[test]
+    fn a_wide_line_is_a_beam_a_sensor() {
+        let metres = CsvOptions {
+            unit: Some(RangeUnit::Meters),
+            ..options()
+        };
+        let (beams, summary) = read_with(WIDE, metres).unwrap();
+        assert_eq!(summary.names, [0, 1, 2, 3]);
+        let bearings: Vec<u16> = beams.iter().map(|beam| beam.bearing.to_bits()).collect();
+        assert_eq!(bearings, [0, 0x4000, 0x8000, 0xC000]);
+        let readings: Vec<Reading> = beams.iter().map(|beam| beam.reading).collect();
+        let missing = Reading::Missing(Missing::Timeout);
+        let echo = Reading::Echo(Millimeters::new(2500));
+        assert_eq!(
+            readings,
+            [echo, Reading::NoObject, missing, Reading::NoObject]
+        );
+        assert!(
+            beams
+                .iter()
+                .all(|beam| beam.origin == Point::from_mm(1000, 2000))
+        );
+        for word in [
+            "--pose-unit",
+            "--heading-unit",
+            "--start-angle",
+            "--time-unit",
+            "--zero",
+        ] {
+            assert!(
+                summary.notes.iter().any(|note| note.contains(word)),
+                "{word}"
+            );
+        }
+    }
+
+    #[test]
+    fn the_unit_of_ranges_is_never_guessed() {
+        let Err(CsvError::File(line)) = read(WIDE) else {
+            panic!("a unit was guessed");
+        };
+        assert!(line.contains("--unit"), "{line}");
+        for (unit, value, mm) in [
+            ("_mm", 2500.0, 2500),
+            ("_s", 0.01, 1715),
+            ("_us", 10_000.0, 1715),
+        ] {
+            let text = format!("t_ms,x_mm,y_mm,heading_deg,us1{unit}\n0,0,0,0,{value}");
+            let beams = read(&text).unwrap().0;
+            assert_eq!(
+                beams[0].reading,
+                Reading::Echo(Millimeters::new(mm)),
+                "{unit}"
+            );
+        }
+    }
+
+    #[test]
+    fn the_mounting_is_an_option() {
+        let bearings = |fov, start_angle| {
+            let unit = Some(RangeUnit::Meters);
+            let options = CsvOptions {
+                unit,
+                fov,
+                start_angle,
+                ..options()
+            };
+            let beams = read_with(WIDE, options).unwrap().0;
+            beams
+                .iter()
+                .map(|beam| beam.bearing.to_bits())
+                .collect::<Vec<_>>()
+        };
+        let unknown = CsvOptions {
+            start_angle: None,
+            unit: Some(RangeUnit::Meters),
+            ..options()
+        };
+        let Err(CsvError::File(line)) = read_with(WIDE, unknown) else {
+            panic!("a mounting was guessed");
+        };
+        assert!(line.contains("--start-angle"), "{line}");
+        let eighth = Some(BinaryAngle::from_bits(0x2000));
+        assert_eq!(bearings(None, eighth), [0x2000, 0x6000, 0xA000, 0xE000]);
+        let half = FieldOfView::try_new(180_000);
+        assert_eq!(bearings(half, None), [0xC000, 0xEAAB, 0x1555, 0x4000]);
+    }
+
+    #[test]
+    fn an_assumed_unit_that_cannot_be_is_an_error() {
+        for (row, option) in [
+            ("0, 2500, 0, 0, 1", "--pose-unit"),
+            ("0, 0, 0, 90, 1", "--heading-unit"),
+        ] {
+            let text = format!("t_ms, x, y, heading, range0_m\n{row}");
+            let Err(CsvError::File(line)) = read(&text) else {
+                panic!("{row} was read");
+            };
+            assert!(line.contains(option), "{line}");
+        }
+    }
+
+    #[test]
+    fn what_a_header_lacks_is_named() {
+        assert_eq!(
+            lacking("t_ms,x_mm,y_mm,reading").unwrap(),
+            "direction (bearing_mdeg), sensor number (sensor)"
+        );
+        assert_eq!(lacking(HEADER), None);
+        assert_eq!(lacking("Dear all, this is an echo"), None);
     }
 
     #[test]
@@ -198,17 +1259,22 @@ mod tests {
 
     #[test]
     fn every_bearing_survives_millidegrees() {
-        for bits in 0..=u16::MAX {
-            let beam = RecordedBeam {
-                at: Ticks::new(0),
-                sensor: SensorId::try_new(1).unwrap(),
-                origin: Point::ORIGIN,
-                bearing: BinaryAngle::from_bits(bits),
-                reading: Reading::TooNear,
-            };
-            let text = written(&[beam]);
-            let back = parse(text.lines().nth(1).unwrap(), None);
-            assert_eq!(back, Ok(Some(beam)));
+        let beam = |bits| RecordedBeam {
+            at: Ticks::new(0),
+            sensor: SensorId::try_new(1).unwrap(),
+            origin: Point::ORIGIN,
+            bearing: BinaryAngle::from_bits(bits),
+            reading: Reading::TooNear,
+        };
+        let beams: Vec<_> = (0..=u16::MAX).map(beam).collect();
+        assert_eq!(read(&written(&beams)).unwrap().0, beams);
+    }
+
+    #[test]
+    fn whole_millidegrees_are_rounded_as_the_core_does() {
+        for mdeg in (-360_000..=360_000).step_by(7) {
+            let expected = BinaryAngle::from_millidegrees(mdeg);
+            assert_eq!(nearest_angle(mdeg.into()), expected, "{mdeg}");
         }
     }
 }

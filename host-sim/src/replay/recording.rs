@@ -1,17 +1,19 @@
 //! A recording: beams with poses, and the lines that were skipped.
 
+use super::line_index::LineIndex;
+use crate::input::BadLine;
 use certainty_core::fusion::Beam;
 use certainty_core::sensor::SensorId;
 use certainty_core::transducer::Reading;
 use certainty_core::units::{BinaryAngle, Point, Ticks};
 use core::fmt;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 use std::collections::BTreeMap;
 
 /// One beam of a recording: time, sensor, origin, bearing and reading.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RecordedBeam {
-    /// Time since the recording's first beam (CARMEN) or as in the file (readings).
+    /// Time since the recording's first beam (CARMEN), or as in the file if that fits 32 bits (CSV).
     pub at: Ticks,
     /// The sensor.
     pub sensor: SensorId,
@@ -40,7 +42,7 @@ impl From<&RecordedBeam> for Beam {
 pub struct Recording {
     /// The beams, in file order.
     pub beams: Vec<RecordedBeam>,
-    /// The number of virtual sensors or of sonars (CARMEN), or the highest sensor number (readings).
+    /// The number of virtual sensors (CARMEN) or of sensors that the file names (CSV).
     pub sensors: u8,
     /// The file's format.
     pub format: Format,
@@ -48,12 +50,16 @@ pub struct Recording {
     pub beam_width: Option<BinaryAngle>,
     /// The lines that could not be used.
     pub skipped: Skipped,
-    /// Lines of known messages whose beams are not used: odometry, parameters, a second laser.
+    /// Lines of known messages without beams: odometry, parameters, a second laser.
     pub other_messages: u64,
     /// How often a line with beams has an earlier time than the line with beams before it.
     pub backward_steps: u64,
     /// What the file leaves open and was assumed, one line each.
     pub notes: Vec<String>,
+    /// The sensors' numbers in the file, ascending, that of slot 0 first; from 1 (CARMEN).
+    pub names: Vec<u16>,
+    /// The lines of the beams.
+    pub(super) lines: LineIndex,
 }
 
 /// What a reading of 0 means, which differs between sensors.
@@ -80,8 +86,136 @@ impl ZeroMeans {
 impl fmt::Display for ZeroMeans {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::NoObject => "no object",
+            Self::NoObject => "no object; --zero near takes them as too near",
             Self::TooNear => "too near",
+        })
+    }
+}
+
+/// The unit of a CSV's readings.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum RangeUnit {
+    /// Distances in millimetres.
+    Millimeters,
+    /// Distances in centimetres.
+    Centimeters,
+    /// Distances in metres.
+    Meters,
+    /// Times of a sonar's echo, there and back, in seconds.
+    EchoSeconds,
+    /// The same in milliseconds.
+    EchoMilliseconds,
+    /// The same in microseconds.
+    EchoMicroseconds,
+}
+
+/// The speed of sound in air of 20 °C, in millimetres a second.
+const SOUND: f64 = 343_000.0;
+
+impl RangeUnit {
+    /// Returns the millimetres that a unit is. An echo travels there and back.
+    pub(super) const fn millimetres(self) -> f64 {
+        match self {
+            Self::Millimeters => 1.0,
+            Self::Centimeters => 10.0,
+            Self::Meters => 1000.0,
+            Self::EchoSeconds => SOUND / 2.0,
+            Self::EchoMilliseconds => SOUND / 2e3,
+            Self::EchoMicroseconds => SOUND / 2e6,
+        }
+    }
+}
+
+/// The unit of a CSV's positions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum LengthUnit {
+    /// Millimetres.
+    Millimeters,
+    /// Centimetres.
+    Centimeters,
+    /// Metres.
+    Meters,
+}
+
+impl LengthUnit {
+    /// Returns the millimetres that a unit is.
+    pub(super) const fn millimetres(self) -> f64 {
+        match self {
+            Self::Millimeters => 1.0,
+            Self::Centimeters => 10.0,
+            Self::Meters => 1000.0,
+        }
+    }
+}
+
+/// The unit of a CSV's directions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum AngleUnit {
+    /// Degrees.
+    Degrees,
+    /// Thousandths of a degree.
+    Millidegrees,
+    /// Radians.
+    Radians,
+}
+
+impl AngleUnit {
+    /// Returns the millidegrees that a unit is.
+    pub(super) const fn millidegrees(self) -> f64 {
+        match self {
+            Self::Degrees => 1000.0,
+            Self::Millidegrees => 1.0,
+            Self::Radians => 180_000.0 / core::f64::consts::PI,
+        }
+    }
+}
+
+/// The unit of a CSV's times.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum TimeUnit {
+    /// Seconds.
+    Seconds,
+    /// Milliseconds.
+    Milliseconds,
+    /// Microseconds.
+    Microseconds,
+    /// Nanoseconds.
+    Nanoseconds,
+}
+
+impl TimeUnit {
+    /// Returns the milliseconds that a unit is.
+    pub(super) const fn milliseconds(self) -> f64 {
+        match self {
+            Self::Seconds => 1e3,
+            Self::Milliseconds => 1.0,
+            Self::Microseconds => 1e-3,
+            Self::Nanoseconds => 1e-6,
+        }
+    }
+
+    /// The unit of `time` by its form: seconds have a fraction; since 1970 there are 10^12 milliseconds,
+    /// 10^15 microseconds and 10^18 nanoseconds.
+    pub(super) fn guess(time: f64) -> Self {
+        if time.fract() != 0.0 {
+            Self::Seconds
+        } else if time.abs() >= 1e17 {
+            Self::Nanoseconds
+        } else if time.abs() >= 1e14 {
+            Self::Microseconds
+        } else {
+            Self::Milliseconds
+        }
+    }
+}
+
+impl fmt::Display for TimeUnit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Seconds => "seconds",
+            Self::Milliseconds => "milliseconds",
+            Self::Microseconds => "microseconds",
+            Self::Nanoseconds => "nanoseconds",
         })
     }
 }
@@ -138,14 +272,16 @@ impl Recording {
     }
 }
 
-/// A recording's format. Either may be packed with gzip, which [`load`](super::load) detects.
+/// A recording's format. Each may be packed, which [`load`](super::load) detects.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Format {
-    /// The log of the CARMEN toolkit: a message a line, scans of a laser or sonars with poses.
+    /// The log of the CARMEN toolkit: a message a line, scans of a laser with corrected poses.
     Carmen,
-    /// Our own interchange format: comma-separated, a beam a line.
+    /// Our own interchange format: CSV with a beam a line.
     Readings,
+    /// CSV with a pose and several ranges a line.
+    Wide,
 }
 
 impl fmt::Display for Format {
@@ -153,6 +289,7 @@ impl fmt::Display for Format {
         f.write_str(match self {
             Self::Carmen => "CARMEN log",
             Self::Readings => "readings",
+            Self::Wide => "wide CSV",
         })
     }
 }
@@ -163,7 +300,7 @@ impl fmt::Display for Format {
 pub enum SkipReason {
     /// The line is longer than [`Skipped::LONGEST_LINE`].
     TooLong,
-    /// The line is not UTF-8.
+    /// The line has a byte 0.
     NotText,
     /// The line has another number of fields than its format or its own count announces.
     FieldCount,
@@ -173,7 +310,7 @@ pub enum SkipReason {
     NotANumber,
     /// The time is negative, not finite or past what 32 bits of milliseconds hold.
     BadTime,
-    /// The sensor's number is not within 1 to 255.
+    /// The sensor's number is not within 0 to 65535.
     BadSensor,
     /// The pose is not finite.
     BadPose,
@@ -187,10 +324,42 @@ pub enum SkipReason {
     BadBeamWidth,
     /// The line does not start with the name of a known message.
     UnknownMessage,
+    /// The line is before the table's header.
+    BeforeHeader,
+    /// The step to the pose is longer than [`LoadOptions::max_step`](super::LoadOptions::max_step).
+    FarStep,
     /// The compressed file is cut short within this line.
     Truncated,
     /// Bytes follow the compressed data that are not part of it.
     TrailingBytes,
+}
+
+impl SkipReason {
+    /// Whether a line of a kind that is read could not be: too many of them, and the file is refused.
+    ///
+    /// Lines of other kinds, what is left out by an option, and the end of a packed file are not
+    /// counted.
+    #[must_use]
+    pub const fn is_unreadable(self) -> bool {
+        !matches!(
+            self,
+            Self::BadBeamWidth
+                | Self::UnknownMessage
+                | Self::BeforeHeader
+                | Self::FarStep
+                | Self::Truncated
+                | Self::TrailingBytes
+        )
+    }
+}
+
+impl From<BadLine> for SkipReason {
+    fn from(bad: BadLine) -> Self {
+        match bad {
+            BadLine::TooLong => Self::TooLong,
+            BadLine::NotText => Self::NotText,
+        }
+    }
 }
 
 impl fmt::Display for SkipReason {
@@ -202,13 +371,15 @@ impl fmt::Display for SkipReason {
             Self::NoReadings => "scan without readings",
             Self::NotANumber => "not a number",
             Self::BadTime => "time out of range",
-            Self::BadSensor => "sensor not within 1 to 255",
+            Self::BadSensor => "sensor not within 0 to 65535",
             Self::BadPose => "pose not finite",
             Self::NoPose => "no pose, and no whole ODOM line before",
             Self::OutOfReach => "pose out of a map's reach",
             Self::BadReading => "not a reading",
             Self::BadBeamWidth => "not a beam width such as 20deg",
             Self::UnknownMessage => "unknown message",
+            Self::BeforeHeader => "before the header",
+            Self::FarStep => "step beyond --max-step",
             Self::Truncated => "compressed file cut short",
             Self::TrailingBytes => "bytes after the compressed data",
         })
@@ -241,10 +412,23 @@ impl fmt::Display for SkippedLine {
     }
 }
 
+/// The lines that were skipped for one reason.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct SkipCount {
+    /// The reason.
+    pub reason: SkipReason,
+    /// How many lines.
+    pub lines: u64,
+    /// The first of them, from 1.
+    pub first_line: u64,
+}
+
 /// The skipped lines of a recording: all counted, the first few kept.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize)]
+///
+/// As JSON it is the list of [`Self::counts`].
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Skipped {
-    counts: BTreeMap<SkipReason, u64>,
+    counts: BTreeMap<SkipReason, SkipCount>,
     first: Vec<SkippedLine>,
 }
 
@@ -252,37 +436,93 @@ impl Skipped {
     /// How many lines are kept with their numbers.
     pub const KEPT: usize = 5;
     /// The longest line that is read, in bytes; a longer one is skipped and never held in memory.
-    pub const LONGEST_LINE: usize = 1 << 20;
+    pub const LONGEST_LINE: usize = crate::input::LONGEST_LINE;
 
     /// Counts one line.
     pub(crate) fn add(&mut self, line: u64, reason: SkipReason) {
-        *self.counts.entry(reason).or_default() += 1;
+        let count = self.counts.entry(reason).or_insert(SkipCount {
+            reason,
+            lines: 0,
+            first_line: line,
+        });
+        count.lines += 1;
         if self.first.len() < Self::KEPT {
             self.first.push(SkippedLine { line, reason });
         }
     }
 
+    /// Removes the lines that were skipped for `reason`; returns how many.
+    pub(crate) fn forget(&mut self, reason: SkipReason) -> u64 {
+        self.first.retain(|skipped| skipped.reason != reason);
+        self.counts.remove(&reason).map_or(0, |count| count.lines)
+    }
+
     /// Returns how many lines were skipped.
     #[must_use]
     pub fn total(&self) -> u64 {
-        self.counts.values().sum()
+        self.counts.values().map(|count| count.lines).sum()
     }
 
     /// Returns how many lines were skipped for `reason`.
     #[must_use]
     pub fn count(&self, reason: SkipReason) -> u64 {
-        self.counts.get(&reason).copied().unwrap_or(0)
+        self.counts.get(&reason).map_or(0, |count| count.lines)
     }
 
-    /// Returns the reasons that occurred and how often, in the order of [`SkipReason`].
-    pub fn counts(&self) -> impl Iterator<Item = (SkipReason, u64)> + '_ {
-        self.counts.iter().map(|(&reason, &count)| (reason, count))
+    /// Returns the reasons that occurred, in the order of [`SkipReason`].
+    pub fn counts(&self) -> impl Iterator<Item = SkipCount> + '_ {
+        self.counts.values().copied()
     }
 
     /// Returns the first few skipped lines, in file order.
     #[must_use]
     pub fn first(&self) -> &[SkippedLine] {
         &self.first
+    }
+
+    /// Returns what is unreadable of `read` lines of a kind that is read and those that were skipped, if
+    /// it is more than a twentieth.
+    pub(crate) fn too_many(&self, read: u64) -> Option<TooManySkipped> {
+        let unreadable = || self.counts().filter(|count| count.reason.is_unreadable());
+        let lines: u64 = unreadable().map(|count| count.lines).sum();
+        let first = unreadable().min_by_key(|count| count.first_line)?;
+        let of = lines + read;
+        (lines * 20 > of).then_some(TooManySkipped {
+            lines,
+            of,
+            first: SkippedLine {
+                line: first.first_line,
+                reason: first.reason,
+            },
+        })
+    }
+}
+
+impl Serialize for Skipped {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(self.counts())
+    }
+}
+
+/// More lines are unreadable than a file may have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TooManySkipped {
+    /// How many are unreadable.
+    pub lines: u64,
+    /// Of how many of the kinds that are read.
+    pub of: u64,
+    /// The first one.
+    pub first: SkippedLine,
+}
+
+impl fmt::Display for TooManySkipped {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{} of {} lines with readings are unreadable, first: {}; correct them, or give --lenient to leave \
+             them out",
+            self.lines, self.of, self.first.reason
+        )
     }
 }
 
@@ -308,9 +548,23 @@ mod tests {
     fn json_counts_by_reason() {
         let mut skipped = Skipped::default();
         skipped.add(7, SkipReason::FieldCount);
+        skipped.add(9, SkipReason::FieldCount);
         assert_eq!(
             serde_json::to_string(&skipped).unwrap(),
-            r#"{"counts":{"field_count":1},"first":[{"line":7,"reason":"field_count"}]}"#
+            r#"[{"reason":"field_count","lines":2,"first_line":7}]"#
+        );
+    }
+
+    #[test]
+    fn more_than_a_twentieth_is_too_many() {
+        let mut skipped = Skipped::default();
+        skipped.add(3, SkipReason::UnknownMessage);
+        skipped.add(4, SkipReason::NotANumber);
+        assert_eq!(skipped.too_many(19), None);
+        let too_many = skipped.too_many(18).unwrap();
+        assert_eq!(
+            (too_many.lines, too_many.of, too_many.first.line),
+            (1, 19, 4)
         );
     }
 }

@@ -12,7 +12,9 @@ mod simulation;
 pub use acoustics::{Acoustics, Face, Misalignment, PAPER_RING, PointMm, SONARS, Surfaces};
 pub use fault::{RingDefect, RingFault, RingFaultError};
 pub use picture::draw;
-pub use recording::{DirectAssessment, FrozenRun, RecordingError, RingRecording, SensorSummary};
+pub use recording::{
+    DirectAssessment, FrozenRun, RecordingError, RingOptions, RingRecording, SensorSummary,
+};
 pub use simulation::{
     BEAMS, ELEMENTS, LaserPair, Observation, RingDiagnosis, RingSimulation, ScannerModel, Vectors,
 };

@@ -1,29 +1,45 @@
 //! Recordings of real rings: 24 direct distances per row, without cross echoes.
+//!
+//! Distances in metres, separated by commas, semicolons, tabs or blanks; further columns are ignored, as is
+//! a line of names before the first row. `inf` is no object, `-inf` too near; `nan`, an empty field and a
+//! number below 0 are missing; 0 is what [`RingOptions::zero`] says.
 
 use super::acoustics::SONARS;
 use crate::export::display_path;
+use crate::input::{Fields, InputError, Separator, Text};
 use crate::quantity::Excerpt;
+use crate::replay::{SkipReason, Skipped, TooManySkipped, ZeroMeans};
 use certainty_core::sensor::SensorId;
 use certainty_core::transducer::{Missing, Reading};
 use certainty_core::units::Millimeters;
 use certainty_ring::{
     Distances, Echoes, Overlap, Ring, RingRules, independent_overlaps, intersection_based,
 };
+use core::cell::Cell;
 use serde::Serialize;
-use std::fs::File;
-use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
-/// Largest accepted recording, in bytes.
+/// How to read a recording.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RingOptions {
+    /// Distances of this or more are *no object*.
+    pub range: Millimeters,
+    /// The meaning of a reading of 0.
+    pub zero: ZeroMeans,
+    /// Whether a file is read of which more than a twentieth of the lines are no rows.
+    pub lenient: bool,
+}
+
+/// Largest accepted recording, in bytes of text.
 const MOST_BYTES: u64 = 64 << 20;
 
 /// A recording: rows of 24 direct readings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RingRecording {
     rows: Vec<Row>,
-    skipped: u64,
-    first_skipped: Option<(usize, String)>,
+    skipped: Skipped,
+    first_skipped: Option<(u64, String)>,
 }
 
 /// A row: its line in the file, from 1, and the reading of each sonar.
@@ -36,19 +52,16 @@ struct Row {
 /// Why a recording cannot be read; displays as one line.
 #[derive(Debug, Error)]
 pub enum RecordingError {
-    /// The file cannot be read.
-    #[error("{}: cannot be read ({source}); check its name and permissions", display_path(.path))]
-    Unreadable {
+    /// The file cannot be read as text.
+    #[error(transparent)]
+    Input(#[from] InputError),
+    /// Too many lines are no rows.
+    #[error("{}:{}: {too_many}", display_path(.path), .too_many.first.line)]
+    TooManySkipped {
         /// The file.
         path: PathBuf,
-        /// The error of the operating system.
-        source: io::Error,
-    },
-    /// The file is a directory.
-    #[error("{}: is a directory: expected a recording", display_path(.path))]
-    Directory {
-        /// The directory.
-        path: PathBuf,
+        /// How many.
+        too_many: TooManySkipped,
     },
     /// The file is too long.
     #[error("{}: over 64 MiB; split the recording into shorter ones", display_path(.path))]
@@ -62,12 +75,12 @@ pub enum RecordingError {
         /// The file.
         path: PathBuf,
         /// The first line that is not a row, from 1, and why.
-        first: Option<(usize, String)>,
+        first: Option<(u64, String)>,
     },
 }
 
 /// The part of the error after the file's name if it has no rows.
-fn no_rows(first: Option<&(usize, String)>) -> String {
+fn no_rows(first: Option<&(u64, String)>) -> String {
     let format = "expected 24 distances in metres per line, separated by commas";
     match first {
         Some((line, why)) => format!(":{line}: {why}; {format}"),
@@ -76,65 +89,90 @@ fn no_rows(first: Option<&(usize, String)>) -> String {
 }
 
 impl RingRecording {
-    /// Reads the recording at `path`; distances of `range` or more are *no object*.
+    /// Reads the recording at `path`, or from stdin if it is `-`; plain or packed.
     ///
     /// # Errors
     ///
-    /// [`RecordingError`] if the file cannot be read, is too long or has no rows.
-    pub fn load(path: &Path, range: Millimeters) -> Result<Self, RecordingError> {
-        let unreadable = |source: io::Error| {
-            let path = path.to_owned();
-            match source.kind() {
-                io::ErrorKind::IsADirectory => RecordingError::Directory { path },
-                _ => RecordingError::Unreadable { path, source },
-            }
-        };
-        let mut bytes = Vec::new();
-        let file = File::open(path).map_err(unreadable)?;
-        file.take(MOST_BYTES + 1)
-            .read_to_end(&mut bytes)
-            .map_err(unreadable)?;
-        if bytes.len() as u64 > MOST_BYTES {
-            return Err(RecordingError::TooLong {
-                path: path.to_owned(),
-            });
-        }
-        let recording = Self::parse(&bytes, range);
-        if recording.rows.is_empty() {
-            return Err(RecordingError::NoRows {
-                path: path.to_owned(),
-                first: recording.first_skipped,
-            });
-        }
-        Ok(recording)
+    /// [`RecordingError`] if the file cannot be read, is too long, has no rows or too many other lines.
+    pub fn load(path: &Path, options: &RingOptions) -> Result<Self, RecordingError> {
+        let done = Cell::new(0);
+        let (text, _) = Text::open(path, "a recording", &done)?;
+        Self::read(text, options)
     }
 
-    /// Reads a recording from arbitrary bytes; lines that are not rows are skipped and counted.
-    ///
-    /// NaN or a number below zero is a missing reading of its sonar.
-    #[must_use]
-    pub fn parse(bytes: &[u8], range: Millimeters) -> Self {
+    /// Reads the rows; lines that are not rows are skipped and counted.
+    fn read(mut text: Text<'_>, options: &RingOptions) -> Result<Self, RecordingError> {
+        let path = text.path().to_owned();
         let mut recording = Self {
             rows: Vec::new(),
-            skipped: 0,
+            skipped: Skipped::default(),
             first_skipped: None,
         };
-        for (number, line) in (1..).zip(bytes.split(|&byte| byte == b'\n')) {
-            if line.iter().all(u8::is_ascii_whitespace) {
-                continue;
+        let mut fields: Option<Fields> = None;
+        let mut bytes = 0;
+        let mut named = false;
+        while let Some(line) = text.next()? {
+            let row = match line {
+                Err(bad) => Err((bad.into(), "is not text".to_owned())),
+                Ok(line) => {
+                    bytes += line.len() as u64 + 1;
+                    let line = line.trim();
+                    if line.is_empty() || line.starts_with('#') {
+                        continue;
+                    }
+                    let fields = fields.get_or_insert_with(|| Fields::new(Separator::of(line)));
+                    fields.split(line);
+                    // The first line may name the columns.
+                    if !named && recording.rows.is_empty() && names(fields) {
+                        named = true;
+                        continue;
+                    }
+                    row(fields, options)
+                }
+            };
+            if bytes > MOST_BYTES {
+                return Err(RecordingError::TooLong { path });
             }
-            match row(line, range) {
-                Ok(readings) => recording.rows.push(Row {
-                    line: number,
-                    readings,
-                }),
-                Err(why) => {
-                    recording.skipped += 1;
+            let number = text.number();
+            match row {
+                Ok(readings) => {
+                    recording.rows.push(Row {
+                        line: usize::try_from(number).unwrap_or(usize::MAX),
+                        readings,
+                    });
+                    text.mark_used();
+                }
+                Err((reason, why)) => {
+                    recording.skipped.add(number, reason);
                     recording.first_skipped.get_or_insert((number, why));
                 }
             }
         }
-        recording
+        if recording.rows.is_empty() {
+            if let Some(foreign) = text.foreign() {
+                return Err(foreign.into());
+            }
+            let first = recording.first_skipped;
+            return Err(RecordingError::NoRows { path, first });
+        }
+        match recording.skipped.too_many(recording.rows.len() as u64) {
+            Some(too_many) if !options.lenient => {
+                Err(RecordingError::TooManySkipped { path, too_many })
+            }
+            _ => Ok(recording),
+        }
+    }
+
+    /// Reads a recording from arbitrary bytes.
+    ///
+    /// # Errors
+    ///
+    /// [`RecordingError`] as for [`Self::load`].
+    pub fn parse(bytes: &[u8], options: &RingOptions) -> Result<Self, RecordingError> {
+        Self::read(
+            Text::new(Path::new("recording"), "a recording", bytes)?,
+            options,
+        )
     }
 
     /// Returns the number of rows.
@@ -143,33 +181,49 @@ impl RingRecording {
         self.rows.len()
     }
 
-    /// Returns the number of lines that are not rows.
+    /// Returns the lines that are not rows.
     #[must_use]
-    pub const fn skipped(&self) -> u64 {
-        self.skipped
+    pub const fn skipped(&self) -> &Skipped {
+        &self.skipped
     }
 }
 
+/// Whether a line has names alone.
+fn names(fields: &Fields) -> bool {
+    let numbers = (0..fields.len()).any(|place| fields.number(place).is_some());
+    fields.len() >= SONARS && !numbers
+}
+
 /// Parses a row: 24 numbers; further columns are ignored.
-fn row(line: &[u8], range: Millimeters) -> Result<[Reading; SONARS], String> {
-    let text = str::from_utf8(line).map_err(|_| "is not text".to_owned())?;
+fn row(fields: &Fields, options: &RingOptions) -> Result<[Reading; SONARS], (SkipReason, String)> {
     let mut readings = [Reading::Missing(Missing::Timeout); SONARS];
-    let mut fields = text.trim_start_matches('\u{FEFF}').split(',');
-    for (column, reading) in (1..).zip(&mut readings) {
-        let field = fields.next().ok_or_else(|| {
-            let found = column - 1;
-            format!("has {found} columns where there are 24 sonars")
+    for (place, reading) in readings.iter_mut().enumerate() {
+        let field = fields.get(place).ok_or_else(|| {
+            let found = fields.len();
+            let why = format!("has {found} columns where there are 24 sonars");
+            (SkipReason::FieldCount, why)
         })?;
-        let number: f64 = field.trim().parse().map_err(|_| {
+        if field.is_empty() {
+            continue;
+        }
+        let number = fields.number(place).ok_or_else(|| {
             let field = Excerpt::new(field);
-            format!("'{field}' in column {column} is not a number")
+            let why = format!("'{field}' in column {} is not a number", place + 1);
+            (SkipReason::NotANumber, why)
         })?;
-        *reading = if number.is_nan() || number < 0.0 {
+        let mm = number * 1000.0;
+        *reading = if number == f64::NEG_INFINITY {
+            Reading::TooNear
+        } else if number.is_nan() || number < 0.0 {
             Reading::Missing(Missing::Implausible)
-        } else if number * 1000.0 >= f64::from(range.get()) {
+        } else if number == 0.0 {
+            options.zero.reading()
+        } else if mm >= f64::from(options.range.get()) {
             Reading::NoObject
+        } else if mm < 0.5 {
+            Reading::TooNear
         } else {
-            Reading::Echo(Millimeters::new((number * 1000.0).round() as u32))
+            Reading::Echo(Millimeters::new(mm.round() as u32))
         };
     }
     Ok(readings)
@@ -353,6 +407,12 @@ mod tests {
 
     const RANGE: Millimeters = Millimeters::new(5000);
 
+    const OPTIONS: RingOptions = RingOptions {
+        range: RANGE,
+        zero: ZeroMeans::NoObject,
+        lenient: false,
+    };
+
     fn ring() -> Ring<SONARS> {
         let config = RingConfig {
             range: RANGE,
@@ -363,7 +423,7 @@ mod tests {
 
     fn recording(rows: impl Iterator<Item = [f64; SONARS]>) -> RingRecording {
         let lines = rows.map(|row| row.map(|metres| format!("{metres:.3}")).join(",") + ",Turn\n");
-        RingRecording::parse(lines.collect::<String>().as_bytes(), RANGE)
+        RingRecording::parse(lines.collect::<String>().as_bytes(), &OPTIONS).unwrap()
     }
 
     #[test]
@@ -377,7 +437,7 @@ mod tests {
             distances
         });
         let recording = recording(rows);
-        assert_eq!((recording.rows(), recording.skipped()), (40, 0));
+        assert_eq!((recording.rows(), recording.skipped().total()), (40, 0));
         let assessed = DirectAssessment::of(&recording, &ring(), &RingRules::DEFAULT);
         let run = |reading_mm| FrozenRun {
             from_line: 11,
@@ -405,19 +465,44 @@ mod tests {
     #[test]
     fn lines_that_are_not_rows_are_counted() {
         let sound = ["1.0"; 24].join(",");
-        let odd: Vec<_> = ["nan", "inf", "-1"]
+        let odd: Vec<_> = ["nan", "inf", "-1", "", "0", "-inf"]
             .into_iter()
-            .chain(["2.0"; 21])
+            .chain(["2.0"; 18])
             .collect();
         let text = format!("{sound}\nmetres\n{}\n\n1,2,3\r\n", odd.join(","));
         let mut bytes = text.into_bytes();
         bytes.extend(b"\xff\xfe\n");
-        let recording = RingRecording::parse(&bytes, RANGE);
-        assert_eq!((recording.rows(), recording.skipped()), (2, 3));
+        let error = RingRecording::parse(&bytes, &OPTIONS)
+            .unwrap_err()
+            .to_string();
+        assert!(error.starts_with("recording:2: 3 of 5 lines"), "{error}");
+        let lenient = RingOptions {
+            lenient: true,
+            ..OPTIONS
+        };
+        let recording = RingRecording::parse(&bytes, &lenient).unwrap();
+        assert_eq!((recording.rows(), recording.skipped().total()), (2, 3));
         let odd = recording.rows[1].readings;
         assert_eq!(odd[0], Reading::Missing(Missing::Implausible));
         assert_eq!(odd[1], Reading::NoObject);
         assert_eq!(odd[2], Reading::Missing(Missing::Implausible));
-        assert_eq!(odd[3], Reading::Echo(Millimeters::new(2000)));
+        assert_eq!(odd[3], Reading::Missing(Missing::Timeout));
+        assert_eq!((odd[4], odd[5]), (Reading::NoObject, Reading::TooNear));
+        assert_eq!(odd[6], Reading::Echo(Millimeters::new(2000)));
+    }
+
+    #[test]
+    fn rows_of_spreadsheets_are_read() {
+        let names = (1..=24)
+            .map(|sonar| format!("US{sonar}"))
+            .collect::<Vec<_>>();
+        for (separator, number) in [(";", "1,5"), ("\t", "1.5"), (" ", "1.5"), (",", "1.5")] {
+            let rows = [names.join(separator), [number; 24].join(separator)];
+            let text = rows.join("\r\n");
+            let recording = RingRecording::parse(text.as_bytes(), &OPTIONS).unwrap();
+            let echo = Reading::Echo(Millimeters::new(1500));
+            assert_eq!(recording.rows[0].readings, [echo; SONARS], "{separator:?}");
+            assert_eq!(recording.skipped().total(), 0);
+        }
     }
 }

@@ -172,6 +172,18 @@ impl Fit {
         self.slope / (distance_mm + f64::from(self.offset.get())) + self.floor
     }
 
+    /// Returns the distance at which the fit has `raw` counts, in millimetres; infinite for the floor
+    /// and below.
+    #[must_use]
+    pub fn distance_mm(&self, raw: f64) -> f64 {
+        let signal = raw - self.floor;
+        if signal > 0.0 {
+            self.slope / signal - f64::from(self.offset.get())
+        } else {
+            f64::INFINITY
+        }
+    }
+
     /// Returns the calibration a driver uses for this unit, from `nearest` to `farthest`.
     ///
     /// Rounds a to whole count-millimetres and c to 1/256 count: together below 0.02 counts.

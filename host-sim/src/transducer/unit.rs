@@ -25,7 +25,7 @@ pub struct Gp2d02Unit {
 }
 
 /// Why a table of units was refused; displays as one line.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[derive(Debug, Clone, PartialEq, Error)]
 pub enum UnitsError {
     /// The table itself is wrong.
     #[error("{0}")]

@@ -233,7 +233,10 @@ fn wrong_options_are_refused_with_their_values() {
             "replay input --fault stuck-far:9",
             &["--fault: no sensor '9'"],
         ),
-        ("replay input --fault stuck-far:0", &["'0' is no sensor"]),
+        (
+            "replay input --fault stuck-far:0",
+            &["no sensor '0'", "has 1, 2, 3"],
+        ),
         ("replay input --fault stuck-far:FL", &["no sensor 'FL'"]),
         ("replay input --fault stuck-far", &["names no sensor"]),
         ("replay input --fault stuck-near:1=250", &["no unit"]),

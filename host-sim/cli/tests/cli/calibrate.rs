@@ -138,8 +138,8 @@ fn the_text_has_a_row_for_each_unit() {
 #[test]
 fn bad_tables_are_refused_with_file_and_line() {
     let header = |rows: &str| format!("distance_mm,raw\n{rows}").into_bytes();
-    let cases: [(&str, Vec<u8>, &[&str]); 15] = [
-        ("empty", vec![], &["input:1:", "name the columns"]),
+    let cases: [(&str, Vec<u8>, &[&str]); 18] = [
+        ("empty", vec![], &["input: is empty", "expected a table"]),
         (
             "no header",
             b"100,190\n200,135\n".to_vec(),
@@ -173,7 +173,7 @@ fn bad_tables_are_refused_with_file_and_line() {
         (
             "NaN",
             header("100,NaN\n"),
-            &["input:2:", "'NaN' is no byte"],
+            &["a characteristic needs points"],
         ),
         (
             "infinity",
@@ -188,12 +188,27 @@ fn bad_tables_are_refused_with_file_and_line() {
         (
             "a huge byte",
             header("100,1e300\n"),
-            &["input:2:", "1e300", "0..=255"],
+            &["input:2:", "1e300", "within 0 to 255"],
         ),
         (
             "not UTF-8",
             b"distance_mm,raw\n100,\xFF\n".to_vec(),
+            &["input:2:", "is not a number"],
+        ),
+        (
+            "a zero byte",
+            b"distance_mm,raw\n100,\0\n".to_vec(),
             &["input:2:", "not text"],
+        ),
+        (
+            "ten bits",
+            header("100,553\n"),
+            &["input:2:", "'553'", "--adc-bits 10 or 12"],
+        ),
+        (
+            "volts",
+            header("100,2.7\n200,1.6\n400,0.9\n"),
+            &["input:1:", "--volts", "--vref"],
         ),
         (
             "rising",
@@ -229,9 +244,9 @@ fn wrong_files_and_options_are_refused() {
     let folder = folder_with(recording());
     fs::create_dir(folder.path().join("directory")).unwrap();
     let mut cases = vec![
-        ("calibrate missing.csv", "missing.csv: cannot be read"),
+        ("calibrate missing.csv", "missing.csv: cannot be opened"),
         ("calibrate directory", "directory: is a directory"),
-        ("calibrate input/below", "input/below: cannot be read"),
+        ("calibrate input/below", "input/below: cannot be opened"),
         ("calibrate input --nearest 100", "'100' has no unit"),
         ("calibrate input --nearest=-1mm", "negative"),
         ("calibrate input --farthest NaNm", "NaNm"),
@@ -250,10 +265,14 @@ fn wrong_files_and_options_are_refused() {
         ),
         ("calibrate input --out input", "--out"),
         ("calibrate input input", "input"),
+        ("calibrate input --adc-bits 9", "--adc-bits"),
+        ("calibrate input --vref 3.3", "--volts"),
+        ("calibrate input --volts --vref 0", "--vref"),
+        ("calibrate --adc-bits 10", "<FILE>"),
         ("calibrate --seed x", "--seed"),
     ];
     if cfg!(target_os = "linux") {
-        cases.push(("calibrate /dev/zero", "/dev/zero: over 8 MiB"));
+        cases.push(("calibrate /dev/zero", "/dev/zero"));
     }
     for (arguments, word) in cases {
         let ran = certainty_quickly(folder.path(), arguments);
@@ -306,4 +325,47 @@ fn the_longest_table_is_calibrated_quickly() {
         line.contains("input:200002: more than 200000 points"),
         "{line}"
     );
+}
+
+/// The file is read through the same reader as recordings.
+#[test]
+fn a_table_for_another_converter_is_fitted_in_its_counts() {
+    let counts = |mm: u32| 80_000.0 / (f64::from(mm) + 20.0) + 30.0;
+    let row = |mm: u32| format!("{};{:.0}\n", mm / 10, counts(mm));
+    let table = format!(
+        "Distance [cm];A0\n15;-\n{}",
+        (150..=1500).step_by(50).map(row).collect::<String>()
+    );
+    let folder = folder_with(table);
+    let options = "--adc-bits 10 --nearest 150mm --farthest 1500mm";
+    let document =
+        certainty_quickly(folder.path(), &format!("calibrate input --json {options}")).json();
+    let unit = &document["units"][0];
+    assert_eq!(
+        (&document["adc_bits"], &unit["blank"]),
+        (&10.into(), &1.into())
+    );
+    let slope = unit["a"].as_f64().unwrap();
+    assert!((slope / 80_000.0 - 1.0).abs() < 0.1, "{slope}");
+    let text = certainty_quickly(folder.path(), &format!("calibrate input {options}")).stdout;
+    assert!(
+        text.contains("10-bit ADC") && text.contains("1 blank field"),
+        "{text}"
+    );
+}
+
+#[test]
+fn volts_are_fitted_as_counts_of_the_converter() {
+    let row = |mm: u32| format!("{mm}\t{:.3}\n", 300.0 / f64::from(mm) + 0.3).replace('.', ",");
+    let table = format!(
+        "mm\tleft\n{}",
+        (150..=1500).step_by(50).map(row).collect::<String>()
+    );
+    let folder = folder_with(table);
+    let options = "--volts --vref 3.3 --nearest 150mm --farthest 1500mm";
+    let document =
+        certainty_quickly(folder.path(), &format!("calibrate input --json {options}")).json();
+    assert_eq!(document["reference_volts"], 3.3);
+    let floor = document["units"][0]["c"].as_f64().unwrap();
+    assert!((floor - 0.3 / 3.3 * 255.0).abs() < 0.5, "{floor}");
 }

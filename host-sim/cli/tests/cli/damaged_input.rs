@@ -77,10 +77,23 @@ fn damaged_lines_are_skipped_counted_and_reported() {
     ];
     for (what, content, skipped, scans) in cases {
         let folder = folder_with(content);
-        let document = certainty_quickly(folder.path(), "replay input --json").json();
+        let strict = certainty_quickly(folder.path(), "replay input");
+        let unknown = what == "an unknown message";
+        assert_eq!(
+            strict.code,
+            Some(if skipped > 0 && !unknown { 2 } else { 0 }),
+            "{what}"
+        );
+        let lenient = "replay input --lenient";
+        let document = certainty_quickly(folder.path(), &format!("{lenient} --json")).json();
         assert_eq!(document["skipped_lines"], skipped, "{what}");
+        assert_eq!(
+            document["skipped"].as_array().unwrap().len() as u64,
+            skipped,
+            "{what}"
+        );
         assert_eq!(document["readings"], scans * BEAMS, "{what}");
-        let text = certainty_quickly(folder.path(), "replay input").stdout;
+        let text = certainty_quickly(folder.path(), lenient).stdout;
         let lines = if skipped == 1 { "line" } else { "lines" };
         let reported = text.contains(&format!("{skipped} {lines} skipped:"));
         assert_eq!(reported, skipped > 0, "{what}: {text}");
@@ -108,15 +121,40 @@ fn ranges_that_are_no_distance_map_no_obstacle() {
 }
 
 #[test]
-fn damaged_readings_are_skipped_counted_and_reported() {
-    let lines = "0,1,0,0,0,500\n1,0,0,0,0,500\n2,1,0,0,0,-5\n3,1,0,0,0,NaN\n4,1,0,0,0,inf\n\
-                 5,1,0,0,0,near\n6,300,0,0,0,500\n7,1,99999999999,0,0,500\n8,1,0,0\n9,1,0,0,0,none";
-    let folder = folder_with(format!("{HEADER}\n{lines}"));
+fn damaged_readings_are_counted_or_refused() {
+    let sound =
+        "0,1,0,0,0,500\n0,300,0,0,0,inf\n1,0,0,0,0,-5\n2,1,0,0,0,NaN\n5,1,0,0,0,near\n".repeat(8);
+    let folder = folder_with(format!(
+        "{HEADER}\n{sound}7,1,99999999999,0,0,500\n8,1,0,0\n"
+    ));
     let document = certainty_quickly(folder.path(), "replay input --json").json();
-    assert_eq!(document["skipped_lines"], 7);
-    assert_eq!(document["readings"], 3);
+    assert_eq!(
+        (&document["skipped_lines"], &document["readings"]),
+        (&2.into(), &40.into())
+    );
+    let expected = serde_json::json!([
+        {"reason": "field_count", "lines": 1, "first_line": 43},
+        {"reason": "out_of_reach", "lines": 1, "first_line": 42},
+    ]);
+    assert_eq!(document["skipped"], expected);
     let kinds = ["echo", "too_near", "no_object", "missing"].map(|kind| document[kind].as_u64());
-    assert_eq!(kinds, [Some(1), Some(1), Some(1), Some(0)]);
+    assert_eq!(kinds, [Some(8), Some(8), Some(8), Some(16)]);
+    let ids: Vec<_> = document["sensors"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|one| one["id"].clone())
+        .collect();
+    assert_eq!(ids, [0, 1, 300]);
+
+    let words = sound.replacen(",500", ",far", 5);
+    let folder = folder_with(format!("{HEADER}\n{words}"));
+    let ran = certainty_quickly(folder.path(), "replay input");
+    let line = ran.refusal();
+    assert!(
+        line.contains("input:2: 5 of 40 lines") && line.contains("--lenient"),
+        "{line}"
+    );
 }
 
 #[test]

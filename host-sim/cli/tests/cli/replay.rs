@@ -63,6 +63,7 @@ fn confidences(document: &Value) -> Vec<f64> {
 /// The report without the time it took.
 fn untimed(mut document: Value) -> Value {
     document["insert_seconds"] = Value::Null;
+    document["cpu_seconds"] = Value::Null;
     document
 }
 
@@ -494,4 +495,171 @@ fn a_random_fault_follows_the_seed() {
     };
     assert_eq!(run(1), run(1));
     assert_ne!(run(1), run(2));
+}
+
+/// Five sensors of a robot in a room; a function writes the reading of a line.
+fn readings(write: impl Fn(u32, u32) -> String) -> String {
+    let lines = (0..40).flat_map(|at| (1..=4).map(move |sensor| (at, sensor)));
+    let line = |(at, sensor)| {
+        let bearing = (sensor - 1) * 90_000 + at * 1000;
+        let reading = write(at, sensor);
+        format!("{},{sensor},{},0,{bearing},{reading}\n", at * 100, at * 20)
+    };
+    format!(
+        "t_ms,sensor,x_mm,y_mm,bearing_mdeg,reading\n{}",
+        lines.map(line).collect::<String>()
+    )
+}
+
+#[test]
+fn the_same_readings_in_another_form_give_the_same_map() {
+    let value = |at: u32, sensor: u32| {
+        if sensor == 3 {
+            "none".to_owned()
+        } else {
+            (1500 + at).to_string()
+        }
+    };
+    let plain = readings(value);
+    let (expected, map) = replay(&plain, "--json");
+    let (header, lines) = plain.split_once('\n').unwrap();
+    let fractions: String = lines
+        .lines()
+        .map(|line| line.replace("none", "inf") + ".25\n")
+        .collect();
+    let fractions = fractions.replace("inf.25", "inf");
+    for other in [
+        readings(|at, sensor| value(at, sensor).replace("none", "inf")),
+        readings(|at, sensor| value(at, sensor).replace("none", "0")),
+        format!("{header}\n{fractions}"),
+        plain.replace(',', ";"),
+        plain.replace(',', "\t"),
+        plain.replace(',', ", "),
+        format!("{}\n{lines}", header.to_uppercase()),
+    ] {
+        let (ran, same) = replay(&other, "--json");
+        let (mut ran, mut expected) = (untimed(ran.json()), untimed(expected.json()));
+        (ran["notes"], expected["notes"]) = (Value::Null, Value::Null);
+        assert_eq!(ran, expected, "{other}");
+        assert_eq!(same, map);
+    }
+}
+
+#[test]
+fn a_recording_is_read_from_stdin() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("recording"), room_log()).unwrap();
+    let mut from_stdin = command(folder.path(), ["replay", "-", "--json"]);
+    from_stdin.stdin(fs::File::open(folder.path().join("recording")).unwrap());
+    let read = run(from_stdin, Duration::from_secs(60));
+    let (expected, _) = replay(room_log(), "--json");
+    assert_eq!(untimed(read.json()), untimed(expected.json()));
+}
+
+#[test]
+fn a_sensor_without_a_reading_is_in_the_table_as_failed() {
+    for silence in ["", "-1", "nan", "missing"] {
+        let recording = readings(|_, sensor| {
+            if sensor == 2 {
+                silence.to_owned()
+            } else {
+                "1500".to_owned()
+            }
+        });
+        let (ran, _) = replay(recording, "--json");
+        let sensors = ran.json()["sensors"].as_array().unwrap().clone();
+        assert_eq!(
+            (sensors.len(), &sensors[1]["id"]),
+            (4, &2.into()),
+            "{silence}"
+        );
+        assert_eq!(
+            (&sensors[1]["status"], &sensors[1]["missing"]),
+            (&"failed".into(), &40.into())
+        );
+    }
+}
+
+#[test]
+fn a_sensor_keeps_the_number_of_its_file() {
+    let recording = readings(|_, _| "1500".to_owned())
+        .replace(",3,", ",0,")
+        .replace(",4,", ",65535,");
+    let (ran, _) = replay(recording, "--json --fault stuck-near:65535=300mm");
+    let document = ran.json();
+    let sensors = document["sensors"].as_array().unwrap();
+    let ids: Vec<_> = sensors.iter().map(|sensor| sensor["id"].clone()).collect();
+    assert_eq!(ids, [0, 1, 2, 65535]);
+}
+
+#[test]
+fn a_wide_csv_draws_the_room_of_its_readings() {
+    // Four sensors at the corners of a robot in a square room, in metres and in seconds of the echo.
+    let room = square_room();
+    let poses: Vec<(f64, f64, f64)> = (0..40)
+        .map(|at| (f64::from(at) * 0.02 - 0.4, 0.1, f64::from(at) * 0.07))
+        .collect();
+    let wide = |unit: f64| {
+        let line = |(at, &(x, y, heading)): (usize, &(f64, f64, f64))| {
+            let ranges = [1.0, 3.0, 5.0, 7.0].map(|eighth: f64| {
+                let bearing = heading + eighth * core::f64::consts::FRAC_PI_4;
+                (room.distance(x, y, bearing) / unit).to_string()
+            });
+            format!("{at}, {x}, {y}, {heading}, {}\n", ranges.join(", "))
+        };
+        let lines: String = poses.iter().enumerate().map(line).collect();
+        format!(
+            "# timestamp, pos_x, pos_y, heading, ultrasound0, ultrasound1, ultrasound2, ultrasound3\n{lines}"
+        )
+    };
+    let (metres, map) = replay(wide(1.0), "--unit m --start-angle 45deg");
+    assert!(metres.stdout.contains("--start-angle"), "{}", metres.stdout);
+    let (_, echoes) = replay(wide(171.5), "--unit echo-s --start-angle 45deg");
+    assert_eq!(map, echoes);
+    for [x, y] in map.places(Cell::Occupied) {
+        assert!(
+            (2.8..3.1).contains(&x.abs().max(y.abs())),
+            "an obstacle at {x}, {y}\n{map}"
+        );
+    }
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("recording"), wide(1.0)).unwrap();
+    assert!(
+        certainty(folder.path(), "replay recording")
+            .refusal()
+            .contains("--unit")
+    );
+}
+
+#[test]
+fn a_wild_pose_is_named_and_can_be_left_out() {
+    let places = all_around(0.0, 0.0);
+    let mut track: Vec<Place> = (0..8)
+        .map(|step| Place {
+            x: f64::from(step) * 0.1,
+            ..places[0]
+        })
+        .collect();
+    track[4].x = 20_000.0;
+    let wild: String = (0..8)
+        .map(|at| flaser(&[2.0; BEAMS], track[at], 0.0))
+        .collect();
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("recording"), &wild).unwrap();
+    let ran = certainty(folder.path(), "replay recording");
+    let line = ran.refusal();
+    assert!(
+        line.contains("line 5 has a pose") && line.contains("--max-step"),
+        "{line}"
+    );
+    let (ran, _) = replay(&wild, "--max-step 5m --json");
+    let expected = serde_json::json!([{"reason": "far_step", "lines": 1, "first_line": 5}]);
+    assert_eq!(ran.json()["skipped"], expected);
+    fs::write(folder.path().join("recording"), &wild).unwrap();
+    let ran = certainty(folder.path(), "replay recording --max-beams 7");
+    let line = ran.refusal();
+    assert!(
+        line.contains("recording:1: more than 7 beams: give --max-beams"),
+        "{line}"
+    );
 }

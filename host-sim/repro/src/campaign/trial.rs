@@ -93,7 +93,7 @@ impl Scenario {
         let specs = sensors.filter_map(SensorId::from_slot).flat_map(|id| {
             let faults = [Some(fault), chatter].into_iter().flatten();
             faults.map(move |fault| FaultSpec {
-                sensor: SensorName::Number(id),
+                sensor: SensorName::Number(id.number().into()),
                 fault: Fault { window, ..fault },
             })
         });

@@ -92,6 +92,8 @@ pub(super) struct Summary {
     pub(super) backward: u64,
     /// Lines that had beams when they were read, and were replaced by a better source.
     pub(super) replaced: u64,
+    /// Whether the beams that were kept have their poses from odometry.
+    pub(super) at_odometry: bool,
     /// What was assumed, one line each.
     pub(super) notes: Vec<String>,
 }
@@ -341,6 +343,11 @@ impl CarmenLog {
         Ok(zeros)
     }
 
+    /// Returns how many lines had beams that those of a better source have replaced.
+    pub(super) const fn replaced(&self) -> u64 {
+        self.replaced
+    }
+
     /// What was counted and assumed, once all lines are read.
     pub(super) fn finish(self) -> Summary {
         let Self { used, unused, .. } = &self;
@@ -378,12 +385,8 @@ impl CarmenLog {
             notes.push("rear laser: assumed to look straight back".to_owned());
         }
         if used.zeros > 0 {
-            let option = match self.options.zero {
-                ZeroMeans::NoObject => "; --zero near takes them as too near",
-                ZeroMeans::TooNear => "",
-            };
             notes.push(format!(
-                "{} readings of 0 taken as {}{option}",
+                "{} readings of 0 taken as {}",
                 used.zeros, self.options.zero
             ));
         }
@@ -399,6 +402,7 @@ impl CarmenLog {
             sensors: used.highest_sensor,
             backward: used.backward,
             replaced: self.replaced,
+            at_odometry: used.at_odometry,
             notes,
         }
     }
