@@ -624,11 +624,13 @@ fn a_wide_csv_draws_the_room_of_its_readings() {
     }
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("recording"), wide(1.0)).unwrap();
-    assert!(
-        certainty(folder.path(), "replay recording")
-            .refusal()
-            .contains("--unit")
-    );
+    for (options, named) in [
+        ("--start-angle 45deg", "--unit"),
+        ("--unit m", "--start-angle"),
+    ] {
+        let ran = certainty(folder.path(), &format!("replay recording {options}"));
+        assert!(ran.refusal().contains(named), "{ran:?}");
+    }
 }
 
 #[test]
