@@ -7,6 +7,7 @@ use super::grid::{CertaintyGrid, GridError, Measurement, zeroed};
 use super::shape::{ByteArray, FixedShape, Shape, fixed_cells};
 use crate::certainty::Certainty;
 use crate::health::Health;
+use crate::narrow::saturating_i8;
 use core::borrow::Borrow;
 use core::fmt;
 
@@ -283,6 +284,11 @@ impl LogOdds {
     #[must_use]
     pub const fn from_steps(steps: i8) -> Self {
         Self(if steps == i8::MIN { -127 } else { steps })
+    }
+
+    /// Creates the log-odds nearest to `steps`.
+    pub(super) const fn from_steps_saturating(steps: i16) -> Self {
+        Self::from_steps(saturating_i8(steps as i64))
     }
 
     /// Returns the number of steps, `-127..=127`.

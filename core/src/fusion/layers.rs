@@ -426,13 +426,17 @@ where
 }
 
 /// Eq. 1 of sorted votes without the `trim` lowest and highest.
+///
+/// The odds are summed exactly and limited once, at the end: limited in between, the result of many votes would
+/// be that of the last ones, which are the highest.
 fn trimmed(votes: &[Certainty], trim: usize) -> Certainty {
     let end = votes.len().saturating_sub(trim);
     let kept = votes.get(trim..end).unwrap_or(&[]);
-    kept.iter()
-        .map(|&vote| LogOdds::of(vote))
-        .fold(LogOdds::EVEN, LogOdds::saturating_add)
-        .certainty()
+    // At most 255 votes of 127 steps.
+    let sum = kept.iter().fold(0_i16, |sum, &vote| {
+        sum.wrapping_add(LogOdds::of(vote).steps().into())
+    });
+    LogOdds::from_steps_saturating(sum).certainty()
 }
 
 #[cfg(test)]
@@ -442,6 +446,7 @@ mod tests {
     use super::*;
     use crate::sensor::SensorId;
     use crate::units::{Millimeters, Point};
+    use proptest::prelude::*;
     use std::vec::Vec;
 
     #[test]
@@ -565,6 +570,33 @@ mod tests {
         // rounded to a step of log-odds, 1.4 of these at most.
         for (votes, trim) in [([0, 192, 255, 192].as_slice(), 1), (&[192, 192], 0)] {
             assert!(fused(votes, trim).to_bits().abs_diff(230) <= 2);
+        }
+    }
+
+    /// Summed one by one and limited after each, the last votes alone would decide, and these are the highest.
+    #[test]
+    fn the_order_of_sorted_votes_does_not_decide() {
+        let split = [0, 0, 0, 0, 255, 255, 255];
+        assert_eq!(fused(&split, 1), Certainty::FREE);
+        let many = [[200; 100].as_slice(), &[56; 100]].concat();
+        assert_eq!(fused(&many, 0), Certainty::UNCERTAIN);
+    }
+
+    proptest! {
+        #[test]
+        fn any_votes_are_fused_by_eq_1(
+            bits in prop::collection::vec(any::<u8>(), 1..40),
+            trim in 0..3_usize,
+        ) {
+            let mut sorted = bits.clone();
+            sorted.sort_unstable();
+            let end = sorted.len().saturating_sub(trim);
+            let kept = sorted.get(trim..end).unwrap_or(&[]);
+            let steps = |&bits: &u8| f64::from(LogOdds::of(Certainty::from_bits(bits)).steps());
+            let sum: f64 = kept.iter().map(steps).sum();
+            let expected = 256.0 / (1.0 + (-sum.clamp(-127.0, 127.0) / 16.0).exp());
+            let value = f64::from(fused(&bits, trim).to_bits());
+            prop_assert!((value - expected).abs() <= 1.0, "{value} {expected}");
         }
     }
 

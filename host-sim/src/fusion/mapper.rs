@@ -62,8 +62,6 @@ fn mapper<G: CertaintyGrid, S>(
 impl HostMapper {
     /// Creates an empty map for sensors 1 to `sensors`, all with the first confidence of the rules.
     ///
-    /// The trimmed method trims one sensor each way, none where there are fewer than three.
-    ///
     /// # Panics
     ///
     /// For no sensors.
@@ -81,9 +79,10 @@ impl HostMapper {
             landmarks,
             robust: add,
             health: rules,
+            ..
         } = *fusion;
         let health = vec![add.first_health(); sensors.into()];
-        let trim = u8::from(sensors >= 3);
+        let trim = fusion.trimmed(sensors);
         let accumulated = Accumulated {
             strongest: own_strongest,
         };

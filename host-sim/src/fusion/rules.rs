@@ -91,6 +91,9 @@ pub struct FusionRules {
     pub own_strongest: Strength,
     /// The median of an even number of sensors; the median method.
     pub middle: Middle,
+    /// The certainties that are dropped at each end; the trimmed method. None: the most that the number of
+    /// sensors allows. A larger one is limited to that.
+    pub trim: Option<u8>,
     /// The strongest measurement; the Bayes method.
     pub strongest: Strength,
     /// Whether that bound applies; the Bayes method. The others always apply theirs.
@@ -101,6 +104,16 @@ pub struct FusionRules {
     pub health: HealthRules,
 }
 
+impl FusionRules {
+    /// Returns how many certainties the trimmed method drops at each end, of `sensors` sensors: at most
+    /// ⌊(n − 1)/2⌋, any minority.
+    #[must_use]
+    pub fn trimmed(&self, sensors: u8) -> u8 {
+        let most = sensors.saturating_sub(1) / 2;
+        self.trim.unwrap_or(most).min(most)
+    }
+}
+
 impl Default for FusionRules {
     /// Each sensor accumulates its own grid: beams a few degrees apart cross the same cells, and the
     /// latest measurement of a beam that grazes an obstacle's cell would erase a dozen before it.
@@ -109,6 +122,7 @@ impl Default for FusionRules {
             own: Own::Accumulated,
             own_strongest: Strength::OWN,
             middle: Middle::Higher,
+            trim: None,
             strongest: Strength::MEASUREMENT,
             landmarks: Landmarks::Bounded,
             robust: RobustRules::DEFAULT,
