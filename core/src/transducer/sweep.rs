@@ -7,16 +7,20 @@ use core::fmt;
 /// A sweep from one direction to another in equal steps, then from the start again.
 ///
 /// Sensors that share a sweep turn at the same pace, each ahead of the next by a phase, so that no two
-/// of them point in the same direction at once: infrared sensors would detect each other's light
-/// (\[000\] §3). For the same reason the head returns to the start in one move at the end and does not
-/// sweep backwards: two heads that sweep to and fro would meet.
+/// of them take the same direction at once, as long as there are no more heads than directions: infrared
+/// sensors would detect each other's light (\[000\] §3). For the same reason the head returns to the start
+/// in one move at the end and does not sweep backwards: two heads that sweep to and fro would meet. How far
+/// apart the heads must look is for the [`Schedule`](crate::schedule::Schedule) to check.
 ///
 /// Invariant: all directions of one sweep differ.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Sweep {
     first: BinaryAngle,
-    span: BinaryAngle,
+    /// From the first to the last direction, in steps of the angle.
+    span: u32,
+    /// The number of steps that the span is divided into; at least one.
+    steps: u16,
     directions: u16,
 }
 
@@ -80,12 +84,42 @@ impl Sweep {
         match directions.checked_sub(1) {
             None => Err(SweepError::NoDirection),
             Some(steps) if steps > span.to_bits() => Err(SweepError::TooDense),
-            Some(_) => Ok(Self {
+            Some(steps) => Ok(Self {
                 first,
-                span,
+                span: span.to_bits() as u32,
+                steps: if steps == 0 { 1 } else { steps },
                 directions,
             }),
         }
+    }
+
+    /// Creates a sweep of `directions` equal steps from `first` counter-clockwise around the whole turn.
+    ///
+    /// The direction before `first` is a step away from it, so none is taken twice.
+    ///
+    /// # Errors
+    ///
+    /// [`SweepError::NoDirection`] if `directions` is zero.
+    ///
+    /// ```
+    /// use certainty_core::transducer::Sweep;
+    /// use certainty_core::units::BinaryAngle;
+    ///
+    /// let radar = Sweep::full_turn(BinaryAngle::ZERO, 4)?;
+    /// let directions = [0, 1, 2, 3, 4].map(|step| radar.direction(step, 0, 1).to_bits());
+    /// assert_eq!(directions, [0, 0x4000, 0x8000, 0xC000, 0]);
+    /// # Ok::<(), certainty_core::transducer::SweepError>(())
+    /// ```
+    pub const fn full_turn(first: BinaryAngle, directions: u16) -> Result<Self, SweepError> {
+        if directions == 0 {
+            return Err(SweepError::NoDirection);
+        }
+        Ok(Self {
+            first,
+            span: 1 << u16::BITS,
+            steps: directions,
+            directions,
+        })
     }
 
     /// Returns the number of directions.
@@ -111,20 +145,14 @@ impl Sweep {
     pub const fn direction(&self, step: u32, slot: u16, heads: u16) -> BinaryAngle {
         let directions = self.directions as u32;
         let heads = if heads == 0 { 1 } else { heads as u32 };
-        let steps = if directions > 1 {
-            directions.wrapping_sub(1)
-        } else {
-            1
-        };
-        // At most 65534 · 65535 + 65534 / 2, which fits 32 bits. No divisor is zero.
+        let steps = self.steps as u32;
+        // At most 65534 · 65536 + 65535 / 2, which fits 32 bits. No divisor is zero.
         let phase = quotient((slot as u32).wrapping_mul(directions), heads);
         let index = remainder(
             remainder(step, directions).wrapping_add(remainder(phase, directions)),
             directions,
         );
-        let turned = index
-            .wrapping_mul(self.span.to_bits() as u32)
-            .wrapping_add(steps / 2);
+        let turned = index.wrapping_mul(self.span).wrapping_add(steps / 2);
         let turned = wrapping_u16(quotient(turned, steps));
         self.first.wrapping_add(BinaryAngle::from_bits(turned))
     }
@@ -149,6 +177,7 @@ const fn remainder(a: u32, b: u32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::vec::Vec;
 
     const fn degrees(degrees: i32) -> BinaryAngle {
         BinaryAngle::from_millidegrees(degrees * 1000)
@@ -201,6 +230,22 @@ mod tests {
             Err(SweepError::TooDense)
         );
         assert!(Sweep::try_new(degrees(9), degrees(9), 1).is_ok());
+    }
+
+    #[test]
+    fn a_full_turn_takes_every_direction_once() {
+        for directions in [1, 2, 3, 7, 360, u16::MAX] {
+            let sweep = Sweep::full_turn(degrees(-90), directions).unwrap();
+            let mut bits: Vec<u16> = (0..directions)
+                .map(|step| sweep.direction(step.into(), 0, 1).to_bits())
+                .collect();
+            bits.sort_unstable();
+            bits.dedup();
+            assert_eq!(bits.len(), usize::from(directions));
+            assert_eq!(sweep.direction(directions.into(), 0, 1), degrees(-90));
+        }
+        let none = Sweep::full_turn(BinaryAngle::ZERO, 0);
+        assert_eq!(none, Err(SweepError::NoDirection));
     }
 
     #[test]
