@@ -50,16 +50,11 @@ impl PlausibilityFilter {
         bearing: BinaryAngle,
         now: Ticks,
     ) -> Reading {
-        // *Too near* can repeat as well: an object so near in every direction is within the robot.
-        let (claim, value) = match reading {
-            Reading::Echo(distance) => {
-                let [low, ..] = distance.get().to_le_bytes();
-                (reading, Some(low))
-            }
-            Reading::TooNear => (Reading::Echo(rules.config().nearest), Some(0)),
-            Reading::NoObject | Reading::Missing(_) => (reading, None),
+        let value = match reading {
+            Reading::Echo(distance) => u16::try_from(distance.get()).ok(),
+            Reading::TooNear | Reading::NoObject | Reading::Missing(_) => None,
         };
-        let by_repetition = self.repetitions.validate(rules, claim, value, bearing, now);
+        let by_repetition = (self.repetitions).validate(rules, reading, value, bearing, now);
         let by_distance = self
             .distances
             .validate(rules, reading, None, BinaryAngle::ZERO, now);
@@ -173,6 +168,7 @@ mod tests {
             speed_mm_s: 1000,
             compare_within: 200,
             max_repeats: 8,
+            repeat_noise: 0,
         };
         ValidationRules::try_new(config).unwrap()
     }

@@ -378,6 +378,7 @@ mod tests {
             speed_mm_s: 1000,
             compare_within: 200,
             max_repeats: 8,
+            repeat_noise: 0,
         };
         SensorModel {
             check: CrossCheckConfig::new(Mountings {

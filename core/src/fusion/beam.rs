@@ -31,12 +31,17 @@ pub enum Behind {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct BeamConfig {
-    /// The sensor's range. *No object* makes the cells up to here free.
+    /// The shortest distance that the sensor measures. *Too near* makes the cells up to here occupied; zero:
+    /// *too near* changes no cell.
+    pub nearest: Millimeters,
+    /// The sensor's range. *No object* makes the cells up to here as free as [`Self::no_object`].
     pub farthest: Millimeters,
     /// Half of the occupied spread around an echo, as a fraction of its distance: the accuracy of
     /// \[001\] Table 1.
     #[cfg_attr(feature = "defmt", defmt(Display2Format))]
     pub accuracy: U0F16,
+    /// The part of half the spread that is the same at every distance; added to that of [`Self::accuracy`].
+    pub error: Millimeters,
     /// Half of the beam's opening angle; zero for a narrow beam. Below a quarter turn.
     pub half_width: BinaryAngle,
     /// Half of the angle in which a wide beam makes cells free.
@@ -46,6 +51,11 @@ pub struct BeamConfig {
     pub half_clear: BinaryAngle,
     /// The certainty of cells before the echo; below *uncertain*.
     pub free: Certainty,
+    /// The certainty of cells in a beam without an object; at most *uncertain*.
+    ///
+    /// Weaker than [`Self::free`] for a sensor that reports *no object* wrongly, as the infrared sensors of
+    /// \[001\] Table 1 do in 16 to 18 % of all readings.
+    pub no_object: Certainty,
     /// The certainty of the cell at the echo; above *uncertain*.
     pub occupied: Certainty,
     /// The certainty of cells behind the echo.
@@ -57,11 +67,14 @@ impl BeamConfig {
     #[must_use]
     pub const fn narrow(farthest: Millimeters) -> Self {
         Self {
+            nearest: Millimeters::ZERO,
             farthest,
             accuracy: U0F16::ZERO,
+            error: Millimeters::ZERO,
             half_width: BinaryAngle::ZERO,
             half_clear: BinaryAngle::ZERO,
             free: Certainty::FREE,
+            no_object: Certainty::FREE,
             occupied: Certainty::OCCUPIED,
             behind: Behind::Uncertain,
         }
@@ -96,20 +109,24 @@ pub struct BeamModel {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum BeamError {
-    /// The range is zero or above [`Point::LIMIT`].
+    /// The range is zero, not beyond the shortest distance, or above [`Point::LIMIT`].
     Range,
     /// The half width reaches a quarter turn, or the clear part is wider than the beam.
     Width,
-    /// *Free* is not below *uncertain*, or *occupied* not above it.
+    /// *Free* is not below *uncertain*, *no object* above it, or *occupied* not above it.
     Certainties,
 }
 
 impl BeamError {
     const fn message(self) -> &'static str {
         match self {
-            Self::Range => "a beam's range must be above 0 and at most 2^28 mm (268 km)",
+            Self::Range => {
+                "a beam's range must be above its shortest distance and at most 2^28 mm (268 km)"
+            }
             Self::Width => "a beam's half width must be below 90 degrees, its clear part not wider",
-            Self::Certainties => "the certainty of free must be below 128, that of occupied above",
+            Self::Certainties => {
+                "the certainty of free must be below 128, of no object not above, of occupied above"
+            }
         }
     }
 }
@@ -155,11 +172,14 @@ impl BeamModel {
     pub const fn try_new(config: BeamConfig) -> Result<Self, BeamError> {
         let farthest = config.farthest.get();
         let width = config.half_width.to_bits();
-        if farthest == 0 || farthest > Point::LIMIT.unsigned_abs() {
+        if farthest <= config.nearest.get() || farthest > Point::LIMIT.unsigned_abs() {
             Err(BeamError::Range)
         } else if width >= BinaryAngle::QUARTER.to_bits() || config.half_clear.to_bits() > width {
             Err(BeamError::Width)
-        } else if config.free.deviation() >= 0 || config.occupied.deviation() <= 0 {
+        } else if config.free.deviation() >= 0
+            || config.no_object.deviation() > 0
+            || config.occupied.deviation() <= 0
+        {
             Err(BeamError::Certainties)
         } else {
             Ok(Self { config })
@@ -176,7 +196,7 @@ impl BeamModel {
     fn spread(&self, distance: Millimeters) -> Millimeters {
         // A product of 32 and 16 bits, rounded down: a spread below a millimetre is zero.
         let wide = u64::from(distance.get()).wrapping_mul(self.config.accuracy.to_bits().into());
-        Millimeters::from_saturating(wide >> U0F16::FRAC_NBITS)
+        Millimeters::from_saturating(wide >> U0F16::FRAC_NBITS) + self.config.error
     }
 }
 
@@ -196,8 +216,9 @@ impl Beam {
     /// Writes the certainty that the reading gives each cell of its beam to `sink`.
     ///
     /// Every cell is written once. A narrow beam visits its cells in order of distance, a cone row
-    /// by row from the lowest; with a fixed order a run is reproducible (\[001\] §7). *Too near* and
-    /// *missing* write no cell; an echo from beyond the model's range is taken as *no object*.
+    /// by row from the lowest; with a fixed order a run is reproducible (\[001\] §7). *Missing*
+    /// writes no cell, *too near* those within the shortest distance; an echo from beyond the model's range is
+    /// taken as *no object*.
     ///
     /// Cost: a narrow beam visits the cells on its line inside the grid; a cone those in the box
     /// around it.
@@ -231,20 +252,25 @@ impl Beam {
     /// ```
     #[inline]
     pub fn interpret(&self, geometry: &Geometry, model: &BeamModel, sink: &mut impl CellSink) {
-        let echo = match self.reading {
-            Reading::Echo(distance) if distance <= model.config.farthest => Some(distance),
+        let config = &model.config;
+        let seen = match self.reading {
+            Reading::Echo(distance) if distance <= config.farthest => Seen::At(distance),
             // An echo from beyond the range: nothing within it.
-            Reading::Echo(_) | Reading::NoObject => None,
+            Reading::Echo(_) | Reading::NoObject => Seen::Nothing,
+            Reading::TooNear if config.nearest > Millimeters::ZERO => Seen::Nearer,
             Reading::TooNear | Reading::Missing(_) => return,
         };
-        if model.config.half_width != BinaryAngle::ZERO {
-            self.wide(echo, geometry, model, sink);
-        } else if let Some(distance) = echo {
-            self.narrow_echo(distance, geometry, model, sink);
-        } else {
-            let end = (self.origin).ahead(self.bearing.direction(), model.config.farthest);
-            sink.write(model.config.free, Ray::new(geometry, self.origin, end));
+        if config.half_width != BinaryAngle::ZERO {
+            self.wide(seen, geometry, model, sink);
+            return;
         }
+        let (certainty, reach) = match seen {
+            Seen::At(distance) => return self.narrow_echo(distance, geometry, model, sink),
+            Seen::Nearer => (config.occupied, config.nearest),
+            Seen::Nothing => (config.no_object, config.farthest),
+        };
+        let end = self.origin.ahead(self.bearing.direction(), reach);
+        sink.write(certainty, Ray::new(geometry, self.origin, end));
     }
 
     /// Free before the spread, occupied at the echo, and behind it as the model has it.
@@ -306,20 +332,14 @@ impl Beam {
         }
     }
 
-    /// The certainty that a reading with or without an echo gives each cell of the cone.
+    /// The certainty that a reading gives each cell of the cone.
     ///
     /// It fades with the square of the angle from the axis, to *uncertain* at the edge: the shape that Elfes
     /// gave sonar. The arc of an echo contains every cell that is at most half outside; free are only cells
     /// whose centre is inside, and those that the axis crosses, as near the apex the cone is narrower than
     /// a cell. *Free* has a narrower edge than *occupied*, so that neighbouring cones do not erase each
     /// other's obstacles.
-    fn wide(
-        &self,
-        echo: Option<Millimeters>,
-        geometry: &Geometry,
-        model: &BeamModel,
-        sink: &mut impl CellSink,
-    ) {
+    fn wide(&self, seen: Seen, geometry: &Geometry, model: &BeamModel, sink: &mut impl CellSink) {
         let mut write = |cell, certainty| sink.write(certainty, core::iter::once(cell));
         let config = &model.config;
         let half_cell = i64::from(geometry.cell_size().get()) / 2;
@@ -338,10 +358,11 @@ impl Beam {
             Belongs::ByItsCenter,
         );
 
-        // The arc of the echo: between `near` and `far`.
-        let (near, far, reach) = match echo {
-            None => (i64::from(config.farthest.get()), i64::MAX, config.farthest),
-            Some(distance) => {
+        // The occupied arc: between `near` and `far`.
+        let (near, far, reach) = match seen {
+            Seen::Nothing => (i64::from(config.farthest.get()), i64::MAX, config.farthest),
+            Seen::Nearer => (0, config.nearest.get().into(), config.nearest),
+            Seen::At(distance) => {
                 let half_arc = half_cell.max(model.spread(distance).get().into());
                 let at = i64::from(distance.get());
                 let far = at.saturating_add(half_arc);
@@ -358,9 +379,14 @@ impl Beam {
             return;
         };
         let reach = i64::from(reach.get());
-        let hit = echo.and_then(|distance| {
-            geometry.cell_at((self.origin).ahead(self.bearing.direction(), distance))
-        });
+        let (free, hit) = match seen {
+            Seen::Nothing => (config.no_object, None),
+            Seen::Nearer => (config.free, geometry.cell_at(self.origin)),
+            Seen::At(distance) => {
+                let hit = self.origin.ahead(self.bearing.direction(), distance);
+                (config.free, geometry.cell_at(hit))
+            }
+        };
         for row in rows {
             for column in columns.clone() {
                 let cell = geometry.cell_inside(column, row);
@@ -381,11 +407,9 @@ impl Beam {
                     continue;
                 }
                 let certainty = if place.distance < near {
-                    clear
-                        .place(center)
-                        .map(|inner| faded(config.free, inner.off_axis))
+                    clear.place(center).map(|inner| faded(free, inner.off_axis))
                 } else {
-                    echo.map(|_| faded(config.occupied, place.off_axis))
+                    (seen != Seen::Nothing).then(|| faded(config.occupied, place.off_axis))
                 };
                 // At the edge nothing is left of it.
                 if let Some(certainty) = certainty.filter(|&given| given != Certainty::UNCERTAIN) {
@@ -394,6 +418,16 @@ impl Beam {
             }
         }
     }
+}
+
+/// What a reading shows within the model's range.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Seen {
+    Nothing,
+    /// An object at this distance.
+    At(Millimeters),
+    /// An object within the shortest distance.
+    Nearer,
 }
 
 /// A receiver of cells with their certainties.
@@ -533,6 +567,45 @@ mod tests {
     fn an_echo_at_the_very_range_is_an_obstacle_there() {
         let exact = BeamConfig::narrow(mm(800));
         assert_eq!(drawn(Reading::Echo(mm(800)), exact), "........#   ");
+    }
+
+    #[test]
+    fn too_near_is_an_obstacle_within_the_shortest_distance() {
+        let near = BeamConfig {
+            nearest: mm(200),
+            ..BeamConfig::narrow(mm(800))
+        };
+        assert_eq!(drawn(Reading::TooNear, near), "###         ");
+        let cone = BeamConfig {
+            nearest: mm(200),
+            ..BeamConfig::cone(mm(800), BinaryAngle::from_millidegrees(20_000))
+        };
+        assert_eq!(drawn(Reading::TooNear, cone), "###         ");
+    }
+
+    #[test]
+    fn no_object_can_be_weaker_than_a_passing_beam() {
+        let unsure = BeamConfig {
+            no_object: Certainty::UNCERTAIN,
+            ..BeamConfig::narrow(mm(300))
+        };
+        assert_eq!(drawn(Reading::NoObject, unsure), "????        ");
+        assert_eq!(drawn(Reading::Echo(mm(200)), unsure), "..#?        ");
+        let cone = BeamConfig {
+            no_object: Certainty::UNCERTAIN,
+            ..BeamConfig::cone(mm(800), BinaryAngle::from_millidegrees(20_000))
+        };
+        assert_eq!(drawn(Reading::NoObject, cone), " ".repeat(12));
+    }
+
+    #[test]
+    fn a_constant_error_is_the_same_spread_at_every_distance() {
+        let constant = BeamConfig {
+            error: mm(100),
+            ..BeamConfig::narrow(mm(1100))
+        };
+        assert_eq!(drawn(Reading::Echo(mm(300)), constant), ".. #????????");
+        assert_eq!(drawn(Reading::Echo(mm(800)), constant), "....... #???");
     }
 
     #[test]

@@ -24,7 +24,7 @@ pub enum Finding {
     Jump,
     /// An echo outside the sensor's range. The reading becomes *missing*, implausible.
     OutOfRange,
-    /// The same raw byte gave an echo in too many successive directions. The reading becomes
+    /// The same raw value gave an echo, or *too near*, in too many successive directions. The reading becomes
     /// *missing*, implausible.
     StuckAt,
     /// There was no reading. Its reason is unchanged.
@@ -105,26 +105,28 @@ pub struct ValidationConfig {
     /// motion explains it.
     pub jump: Millimeters,
     /// The highest speed at which objects approach or recede, the robot's own included, in mm/s.
-    pub speed_mm_s: u16,
+    pub speed_mm_s: u32,
     /// The greatest age of a reading to compare with, in ms. For a swept sensor longer than a sweep,
     /// or no reading is ever compared.
     pub compare_within: u32,
-    /// The greatest number of successive directions with an echo of the same raw byte.
+    /// The greatest number of successive directions with an echo of the same raw value, or with *too near*.
     pub max_repeats: u16,
+    /// The difference of raw values that noise alone causes: values as near as this to the first are the same.
+    pub repeat_noise: u16,
 }
 
 impl ValidationConfig {
     /// The limits of a swept infrared sensor that returns to the same direction after `sweep_ms`.
     ///
     /// The jump is half of the range: of the pairs of readings at 80 cm by a unit with an error of 12 %
-    /// (\[001\] Table 1, D), one in a hundred differs by more. A byte may repeat for a whole sweep of
-    /// `directions`: correct sensors measure the same distance in all directions only at the centre of
+    /// (\[001\] Table 1, D), one in a hundred differs by more. A raw value may repeat for a whole sweep
+    /// of `directions`: correct sensors measure the same distance in all directions only at the centre of
     /// a circle, and a flat wall gives a GP2D02 the same byte over at most 40°.
     #[must_use]
     pub const fn sweeping(
         nearest: Millimeters,
         farthest: Millimeters,
-        speed_mm_s: u16,
+        speed_mm_s: u32,
         directions: u16,
         sweep_ms: u32,
     ) -> Self {
@@ -135,6 +137,7 @@ impl ValidationConfig {
             speed_mm_s,
             compare_within: sweep_ms.saturating_add(sweep_ms / 2),
             max_repeats: directions,
+            repeat_noise: 0,
         }
     }
 }
@@ -221,7 +224,6 @@ impl ValidationRules {
 
     /// The largest change that noise and `age` milliseconds of motion explain.
     fn explained(&self, age: u32) -> Millimeters {
-        // 32 by 16 bits.
         let moved = u64::from(age).wrapping_mul(self.0.speed_mm_s.into()) / 1000;
         self.0.jump + Millimeters::from_saturating(moved)
     }
@@ -231,10 +233,11 @@ impl ValidationRules {
 ///
 /// - **Out of range**: an echo nearer than the sensor's nearest or farther than its farthest
 ///   distance. It becomes *missing*.
-/// - **Stuck**: the same raw byte gives an echo in more than [`ValidationConfig::max_repeats`]
-///   successive directions. It becomes *missing*, until another byte comes. A byte that gives no echo
-///   is never stuck: a correct unit without an object in range gives the same byte for a whole sweep.
-///   A fixed sensor, which may face a wall for hours, is never stuck, nor one without raw bytes.
+/// - **Stuck**: the same raw value, but for [`ValidationConfig::repeat_noise`], gives an echo in more than
+///   [`ValidationConfig::max_repeats`] successive directions, or every reading is *too near*. It becomes
+///   *missing*, until another one comes. *No object* is never stuck: a correct unit without an object in range
+///   gives the same value for a whole sweep. A fixed sensor, which may face a wall for hours, is never stuck;
+///   of one without raw values only *too near* is.
 /// - **Jump**: one reading is remembered until the sensor returns to its direction, then the next one
 ///   is. So a swept sensor has one direction compared in each sweep, and all of them over time; a
 ///   fixed sensor has every reading compared. Neighbouring directions are not compared: at the edge
@@ -242,7 +245,7 @@ impl ValidationRules {
 ///   moved into the beam. *No object* counts as the farthest distance or more, *too near* as the
 ///   nearest or less.
 ///
-/// Memory: 24 bytes. Cost: comparisons and one multiplication of 64 bits a reading.
+/// Memory: 28 bytes. Cost: comparisons and one multiplication of 64 bits a reading.
 ///
 /// ```
 /// use certainty_core::transducer::{
@@ -270,9 +273,10 @@ pub struct Validator {
     remembered_distance: u16,
     counts: FindingCounts,
     bearing: BinaryAngle,
-    /// Successive directions with an echo of the byte `repeated`.
+    /// Successive directions with the value `repeated`.
     repeats: u16,
-    repeated: u8,
+    /// The first of these raw values; [`Self::NEAR`] for *too near*.
+    repeated: u16,
     remembered: Remembered,
 }
 
@@ -287,6 +291,9 @@ enum Remembered {
 }
 
 impl Validator {
+    /// Stands for *too near*, whatever its raw value.
+    const NEAR: u16 = u16::MAX;
+
     /// Creates the validator of a sensor without readings yet.
     #[must_use]
     pub const fn new() -> Self {
@@ -304,7 +311,7 @@ impl Validator {
 
     /// Labels a reading and replaces an implausible one by *missing*.
     ///
-    /// `raw` is the byte that the reading was converted from, if the sensor has one; `bearing` is the
+    /// `raw` is the number that the reading was converted from, if the sensor has one; `bearing` is the
     /// direction of the beam in the frame in which the surroundings rest: the map's if the robot turns.
     /// The same direction must be the same angle to the bit, as those of a
     /// [`Sweep`](super::Sweep) are.
@@ -314,7 +321,7 @@ impl Validator {
         &mut self,
         rules: &ValidationRules,
         reading: Reading,
-        raw: Option<u8>,
+        raw: Option<u16>,
         bearing: BinaryAngle,
         now: Ticks,
     ) -> Validated {
@@ -323,7 +330,8 @@ impl Validator {
             // Nothing was measured: the remembered reading stays.
             Reading::Missing(_) => Finding::Missing,
             Reading::Echo(_) | Reading::NoObject | Reading::TooNear => {
-                let stuck = self.count_repeats(reading, raw, bearing) > config.max_repeats;
+                let repeats = self.count_repeats(reading, raw, config.repeat_noise, bearing);
+                let stuck = repeats > config.max_repeats;
                 let finding = match reading {
                     Reading::Echo(at) if at < config.nearest || at > config.farthest => {
                         Finding::OutOfRange
@@ -352,22 +360,30 @@ impl Validator {
         self.counts
     }
 
-    /// Returns in how many successive directions, this one included, the byte gave an echo.
-    fn count_repeats(&mut self, reading: Reading, raw: Option<u8>, bearing: BinaryAngle) -> u16 {
-        self.repeats = match (reading, raw) {
-            (Reading::Echo(_), Some(raw)) if self.repeats > 0 && raw == self.repeated => {
-                // Another measurement in the same direction may well give the same byte.
-                if bearing == self.bearing {
-                    self.repeats
-                } else {
-                    self.repeats.saturating_add(1)
-                }
+    /// Returns in how many successive directions, this one included, the sensor gave the same value.
+    fn count_repeats(
+        &mut self,
+        reading: Reading,
+        raw: Option<u16>,
+        noise: u16,
+        bearing: BinaryAngle,
+    ) -> u16 {
+        let value = match reading {
+            Reading::Echo(_) => raw,
+            Reading::TooNear => Some(Self::NEAR),
+            Reading::NoObject | Reading::Missing(_) => None,
+        };
+        self.repeats = match value {
+            Some(value) if self.repeats > 0 && value.abs_diff(self.repeated) <= noise => {
+                // Another measurement in the same direction may well give the same value.
+                let turned = bearing != self.bearing;
+                self.repeats.saturating_add(turned.into())
             }
-            (Reading::Echo(_), Some(raw)) => {
-                self.repeated = raw;
+            Some(value) => {
+                self.repeated = value;
                 1
             }
-            _ => 0,
+            None => 0,
         };
         self.repeats
     }
@@ -496,7 +512,7 @@ mod tests {
             }
         }
 
-        fn validate(&mut self, reading: Reading, raw: Option<u8>) -> Validated {
+        fn validate(&mut self, reading: Reading, raw: Option<u16>) -> Validated {
             let bearing = sweep().direction(self.round, 0, 1);
             self.validate_at(bearing, reading, raw)
         }
@@ -505,7 +521,7 @@ mod tests {
             &mut self,
             bearing: BinaryAngle,
             reading: Reading,
-            raw: Option<u8>,
+            raw: Option<u16>,
         ) -> Validated {
             let now = Ticks::new(self.round * ROUND_MS);
             self.round += 1;
@@ -514,7 +530,7 @@ mod tests {
         }
 
         fn measure(&mut self, raw: u8) -> Finding {
-            self.validate(unit().reading(raw), Some(raw)).finding
+            self.validate(unit().reading(raw), Some(raw.into())).finding
         }
 
         fn count(&self, finding: Finding) -> u16 {
@@ -523,8 +539,8 @@ mod tests {
     }
 
     #[test]
-    fn a_validator_takes_24_bytes() {
-        assert_eq!(size_of::<Validator>(), 24);
+    fn a_validator_takes_28_bytes() {
+        assert_eq!(size_of::<Validator>(), 28);
     }
 
     #[test]
@@ -562,7 +578,7 @@ mod tests {
         let mut head = Head::new();
         for number in 1..=100 {
             let raw = 90;
-            let validated = head.validate(unit().reading(raw), Some(raw));
+            let validated = head.validate(unit().reading(raw), Some(raw.into()));
             let stuck = number > DIRECTIONS;
             assert_eq!(
                 validated.finding == Finding::StuckAt,
@@ -574,6 +590,37 @@ mod tests {
         // Another byte ends it.
         assert_eq!(head.measure(95), Finding::Plausible);
         assert_eq!(head.count(Finding::StuckAt), 100 - DIRECTIONS);
+    }
+
+    /// 250 mm with 1 % of noise is within two bytes of a GP2D02.
+    #[test]
+    fn a_stuck_sensor_with_noise_is_stuck() {
+        let mut head = Head::with(ValidationConfig {
+            repeat_noise: 2,
+            ..CONFIG
+        });
+        let bytes = [112, 111, 113, 112, 114, 110].into_iter().cycle();
+        let found = bytes.map(|raw| head.measure(raw)).take(100);
+        let stuck = found.filter(|&finding| finding == Finding::StuckAt);
+        assert_eq!(stuck.count(), 100 - usize::from(DIRECTIONS));
+    }
+
+    /// An object nearer than the range in every direction is no surroundings but a fault.
+    #[test]
+    fn too_near_for_more_than_a_sweep_is_stuck() {
+        let mut head = Head::new();
+        for number in 1..=100 {
+            let raw = 230 + number % 20;
+            let finding = head.validate(Reading::TooNear, Some(raw)).finding;
+            assert_eq!(finding == Finding::StuckAt, number > DIRECTIONS, "{number}");
+        }
+        let mut without_raw = Head::new();
+        let found = (0..100).map(|_| without_raw.validate(Reading::TooNear, None).finding);
+        assert!(
+            found
+                .skip(DIRECTIONS.into())
+                .all(|finding| finding == Finding::StuckAt)
+        );
     }
 
     #[test]
@@ -769,7 +816,7 @@ mod tests {
         #[test]
         fn findings_agree_with_the_definitions(
             readings in proptest::collection::vec(
-                (any_reading(), 88_u8..90, 0_i32..3, 0_u32..9000),
+                (any_reading(), 88_u16..90, 0_i32..3, 0_u32..9000),
                 0..300,
             ),
             max_repeats in 1_u16..6,
@@ -778,22 +825,23 @@ mod tests {
             let mut validator = Validator::new();
             let mut expected_counts = [0_u16; Finding::ALL.len()];
             let mut now = 0_u32;
-            let mut run = Vec::new(); // of bytes that give an echo, each with its direction
+            let mut run = Vec::new(); // of equal values, each with its direction
             for (reading, raw, bearing, later) in readings {
                 now = now.wrapping_add(later);
                 let Validated { reading: passed, finding } =
                     validator.validate(&rules, reading, Some(raw), degrees(bearing), Ticks::new(now));
                 expected_counts[finding as usize] += 1;
 
+                let value = if reading == Reading::TooNear { u16::MAX } else { raw };
                 match reading {
-                    Reading::Echo(_) => {
-                        if run.last().is_some_and(|&(byte, _)| byte != raw) {
+                    Reading::Echo(_) | Reading::TooNear => {
+                        if run.last().is_some_and(|&(before, _)| before != value) {
                             run.clear();
                         }
-                        run.push((raw, bearing));
+                        run.push((value, bearing));
                         run.dedup();
                     }
-                    Reading::NoObject | Reading::TooNear => run.clear(),
+                    Reading::NoObject => run.clear(),
                     Reading::Missing(_) => {}
                 }
                 let in_range =

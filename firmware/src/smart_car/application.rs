@@ -1,8 +1,8 @@
 //! The Smart Car's application: the activities of its round.
 
 use super::config::{
-    CELLS, HEADS, PERIOD_MS, RANGER, RANGERS, SENSORS, SERVO, SWEEP, SmartCarGrid, SmartCarShape,
-    UNITS, Unit, VALIDATION, beam_model, mounting,
+    CELLS, HEADS, PERIOD_MS, RANGER, RANGER_VALIDATION, RANGERS, SENSORS, SERVO, SWEEP,
+    SmartCarGrid, SmartCarShape, UNITS, Unit, VALIDATION, beam_model, mounting,
 };
 use super::control::RangerInput;
 use super::drive::Drive;
@@ -76,10 +76,10 @@ impl<B: Board> Head<B> {
         }
     }
 
-    /// Reads the result of the conversion and validates it.
+    /// Reads the result of the conversion and validates it; `heading` is the car's in the map.
     // Not inlined: otherwise its stack adds to that of the deepest slot.
     #[inline(never)]
-    fn read(&mut self, delay: &mut impl DelayNs, now: Ticks) {
+    fn read(&mut self, delay: &mut impl DelayNs, now: Ticks, heading: BinaryAngle) {
         let raw = match self.error {
             None => self.sensor.read(delay).map_err(|fault| fault.reason()),
             Some(error) => Err(error),
@@ -88,9 +88,9 @@ impl<B: Board> Head<B> {
             Ok(raw) => self.unit.calibration.reading(raw),
             Err(why) => Reading::Missing(why),
         };
-        let validated =
-            self.validator
-                .validate(&VALIDATION, reading, raw.ok(), self.direction, now);
+        let raw = raw.ok().map(u16::from);
+        let bearing = heading + self.direction;
+        let validated = (self.validator).validate(&VALIDATION, reading, raw, bearing, now);
         self.reading = validated.reading;
         self.finding = validated.finding;
     }
@@ -128,18 +128,29 @@ pub struct SmartCar<B: Board> {
 /// A fixed ranger with its last reading and its health.
 struct FixedRanger<B: Board> {
     driver: Ranger<B::Trigger, B::Echo>,
+    validator: Validator,
     reading: Reading,
     measured: Ticks,
     health: Health,
 }
 
 impl<B: Board> FixedRanger<B> {
+    /// Measures and validates; `heading` is the car's in the map.
     // Not inlined: otherwise its stack adds to that of the deepest slot.
     #[inline(never)]
-    fn measure(&mut self, delay: &mut B::Delay, stopwatch: &mut B::Stopwatch, now: Ticks) {
+    fn measure(
+        &mut self,
+        delay: &mut B::Delay,
+        stopwatch: &mut B::Stopwatch,
+        now: Ticks,
+        heading: BinaryAngle,
+    ) {
         let measured = self.driver.measure(delay, stopwatch);
         self.measured = now;
-        self.reading = measured.unwrap_or_else(|fault| Reading::Missing(fault.reason()));
+        let reading = measured.unwrap_or_else(|fault| Reading::Missing(fault.reason()));
+        let rules = &RANGER_VALIDATION;
+        let validated = (self.validator).validate(rules, reading, None, heading, now);
+        self.reading = validated.reading;
     }
 }
 
@@ -205,6 +216,7 @@ impl<B: Board> SmartCar<B> {
             ],
             rangers: wiring.rangers.map(|wires| FixedRanger {
                 driver: Ranger::new(wires.trigger, wires.echo, RANGER),
+                validator: Validator::new(),
                 reading: Reading::Missing(Missing::Late),
                 measured: Ticks::new(0),
                 health: Health::default(),
@@ -350,14 +362,16 @@ impl<B: Board> Application for SmartCar<B> {
                 }
             }
             Activity::Read(sensor) => {
+                let heading = self.drive.looks_from().heading;
                 if let Some(head) = self.heads.get_mut(sensor.slot()) {
-                    head.read(&mut self.delay, due.at);
+                    head.read(&mut self.delay, due.at, heading);
                 }
             }
             Activity::Measure(sensor) => {
                 let slot = sensor.slot().wrapping_sub(HEADS.into());
+                let heading = self.drive.looks_from().heading;
                 if let Some(ranger) = self.rangers.get_mut(slot) {
-                    ranger.measure(&mut self.delay, &mut self.stopwatch, due.at);
+                    ranger.measure(&mut self.delay, &mut self.stopwatch, due.at, heading);
                 }
             }
             Activity::Fuse(sensor) => self.fuse(sensor, due.at),

@@ -32,15 +32,29 @@ pub const RANGER: RangerLimits = RangerLimits::SRF04;
 /// The drive motors.
 pub const MOTOR: MotorModel = MotorModel::COMMON;
 
-/// The checks of a head's reading: its range, the same byte for a whole sweep, and a jump from one sweep to
-/// the next in a static world.
-pub const VALIDATION: ValidationRules = ValidationRules::new(ValidationConfig::sweeping(
-    NEAREST,
-    FARTHEST,
-    0,
-    SWEEP.directions(),
-    SWEEP_MS,
-));
+/// The checks of a head's reading: the same byte or *too near* for a whole sweep, and a jump from one sweep to
+/// the next.
+///
+/// Two counts of noise are the same byte. A jump is compared while the car keeps its heading; a car that drives
+/// can cause one itself, which only labels the reading.
+pub const VALIDATION: ValidationRules = ValidationRules::new(ValidationConfig {
+    repeat_noise: 2,
+    ..ValidationConfig::sweeping(NEAREST, FARTHEST, 0, SWEEP.directions(), SWEEP_MS)
+});
+
+/// The checks of a ranger's reading: *too near* in sixteen successive headings, and a jump from one round to the
+/// next.
+///
+/// Equal distances are no fault of an ultrasonic ranger: its wide beam measures the same to a wall while the
+/// car turns.
+pub(super) const RANGER_VALIDATION: ValidationRules =
+    ValidationRules::new(ValidationConfig::sweeping(
+        RANGER.nearest(),
+        RANGER.farthest(),
+        CHASSIS.full_speed_mm_s,
+        16,
+        PERIOD_MS as u32,
+    ));
 
 /// The duration of a round, in ms.
 pub(super) const PERIOD_MS: u16 = 800;
@@ -126,7 +140,7 @@ pub fn look_from(car: Pose, slot: u8, heads: u8, step: u32) -> Pose {
 }
 
 /// Returns the beam model of a GP2D02 with this accuracy (\[001\] Table 1): a narrow beam up to
-/// [`FARTHEST`].
+/// [`FARTHEST`]. *Too near* is an obstacle between the sensor and [`NEAREST`].
 ///
 /// The accuracy is the standard deviation of a distance, as a fraction of it. The occupied spread is two
 /// standard deviations to each side, which covers 95 % of the errors. Cells within it are not marked as
@@ -134,10 +148,14 @@ pub fn look_from(car: Pose, slot: u8, heads: u8, step: u32) -> Pose {
 #[must_use]
 #[inline]
 pub const fn beam_model(accuracy: U0F16) -> BeamModel {
-    const EXACT: BeamModel = BeamModel::new(BeamConfig::narrow(FARTHEST));
+    const BEAM: BeamConfig = BeamConfig {
+        nearest: NEAREST,
+        ..BeamConfig::narrow(FARTHEST)
+    };
+    const EXACT: BeamModel = BeamModel::new(BEAM);
     let config = BeamConfig {
         accuracy: accuracy.saturating_add(accuracy),
-        ..BeamConfig::narrow(FARTHEST)
+        ..BEAM
     };
     match BeamModel::try_new(config) {
         Ok(model) => model,

@@ -207,6 +207,26 @@ fn outside_its_grid_it_stops_without_collision() {
     }
 }
 
+/// Too near in every direction was a healthy, fully believed head: with all three stuck at 50 mm the car drove on
+/// an empty map and arrived; with mute rangers it touched the block.
+#[test]
+fn heads_that_are_always_too_near_fail_and_the_car_stands() {
+    let heads = [1, 2, 3].map(|head| format!("--fault stuck-near:{head}=50mm"));
+    for rangers in ["", "--fault mute:4 --fault mute:5"] {
+        let faults = format!("{} {rangers}", heads.join(" "));
+        let document = on("native", ARRIVED, &faults).unwrap();
+        let drive = &document["drive"];
+        assert_eq!(drive["conduct"], "blind", "{faults}: {drive}");
+        assert_eq!(drive["rounds_moved"], 0, "{faults}: {drive}");
+        for sensor in 0..3 {
+            assert_eq!(
+                document["sensors"][sensor]["status"], "failed",
+                "{document}"
+            );
+        }
+    }
+}
+
 #[test]
 fn only_a_car_that_moved_has_a_track_picture() {
     for (rounds, count) in [(37, 1), (DRIVING, 3)] {
