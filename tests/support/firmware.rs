@@ -1,7 +1,7 @@
 //! The firmware's images, built as `cargo firmware` builds them.
 
 use crate::process::{Ran, executable, run};
-use crate::{skipped, workspace};
+use crate::{tool_is_missing, workspace};
 use core::time::Duration;
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -43,7 +43,7 @@ fn build<const N: usize>(arguments: [&str; N], name: &str, copy: &str) -> Option
     static BUILT: Mutex<BTreeMap<String, PathBuf>> = Mutex::new(BTreeMap::new());
     static INSTALLED: OnceLock<bool> = OnceLock::new();
     if !*INSTALLED.get_or_init(target_is_installed) {
-        skipped(&format!("rustup target add {TARGET}"));
+        tool_is_missing(&format!("rustup target add {TARGET}"));
         return None;
     }
     let mut built = BUILT.lock().unwrap_or_else(PoisonError::into_inner);
@@ -86,7 +86,7 @@ fn target_is_installed() -> bool {
 pub fn qemu_is_installed() -> bool {
     let version = Command::new("qemu-system-arm").arg("--version").output();
     if version.is_err() {
-        skipped("qemu-system-arm is not installed");
+        tool_is_missing("qemu-system-arm is not installed");
     }
     version.is_ok()
 }

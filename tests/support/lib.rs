@@ -4,6 +4,8 @@ pub mod firmware;
 pub mod pgm;
 pub mod process;
 
+use std::fs::OpenOptions;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// Returns the root of the workspace.
@@ -30,9 +32,26 @@ pub fn shared_data(name: &str) -> Option<PathBuf> {
     }
 }
 
-/// Prints that a test is skipped, and why.
+/// Prints that a test is skipped, and why; `tests/run` counts it.
+///
+/// For what a machine may lack for good, such as recordings that are not part of the project.
 pub fn skipped(why: &str) {
     eprintln!("skipped: {why}");
+    // One line a test, so that a run that tested less does not look like one that tested all.
+    if let Some(list) = std::env::var_os("CERTAINTY_SKIPPED") {
+        let list = OpenOptions::new().append(true).create(true).open(list);
+        let written = list.and_then(|mut list| writeln!(list, "{why}"));
+        written.expect("the list of skipped tests can be written");
+    }
+}
+
+/// The same for a tool that `tests/run` installs.
+///
+/// # Panics
+/// If the environment variable `CI` is set: there a missing tool must not pass for a tested program.
+pub fn tool_is_missing(why: &str) {
+    assert!(std::env::var_os("CI").is_none(), "a tool is missing: {why}");
+    skipped(why);
 }
 
 /// The example of the front page compiles and runs.
