@@ -35,6 +35,9 @@ pub fn shared_data(name: &str) -> Option<PathBuf> {
 /// Prints that a test is skipped, and why; `tests/run` counts it.
 ///
 /// For what a machine may lack for good, such as recordings that are not part of the project.
+///
+/// # Panics
+/// If that list cannot be written.
 pub fn skipped(why: &str) {
     eprintln!("skipped: {why}");
     // One line a test, so that a run that tested less does not look like one that tested all.

@@ -24,7 +24,8 @@ use serde::Serialize;
 use std::ffi::OsString;
 use std::io::{self, IsTerminal};
 use std::sync::Arc;
-use std::sync::mpsc::RecvTimeoutError;
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::thread;
 use std::time::Instant;
 
 /// Time between two drawings of the screen, and between two checks for Ctrl-C.
@@ -44,6 +45,9 @@ pub(super) struct Arguments {
     /// Number of reports after which to end [default: at the end of the input, or Ctrl-C]
     #[arg(long, value_name = "N")]
     frames: Option<NonZeroU64>,
+    /// End when a serial port's board is unplugged, instead of waiting for it
+    #[arg(long)]
+    once: bool,
     /// Print a line per report, as without a terminal, instead of a live screen
     #[arg(long)]
     plain: bool,
@@ -154,9 +158,9 @@ fn listen(
     let interrupted = Arc::clone(&stop);
     ctrlc::set_handler(move || interrupted.store(true, Ordering::Relaxed))
         .map_err(|error| Failure::Internal(format!("cannot handle Ctrl-C: {error}")))?;
-    let arrivals = port
-        .listen(arguments.baud.get())
-        .map_err(|error| Failure::input(&error))?;
+    let baud = arguments.baud.get();
+    let (mut arrivals, is_serial) = port.listen(baud).map_err(|error| Failure::input(&error))?;
+    let waits = is_serial && !arguments.once;
     let most = arguments.frames.map_or(u64::MAX, NonZeroU64::get);
     let mut drawn: Option<Instant> = None;
     loop {
@@ -172,8 +176,17 @@ fn listen(
             Ok(Arrival::End(Some(error))) => Some(Ended::Failed(error)),
             Err(RecvTimeoutError::Timeout) => None,
         };
-        if let Some(ended) = ended {
-            return Ok(ended);
+        match ended {
+            Some(Ended::Input | Ended::Failed(_)) if waits => {
+                output::note(&format!("{port}: unplugged; waiting for it to come back"));
+                match plugged_in(port, baud, &stop) {
+                    Some(again) => arrivals = again,
+                    None => return Ok(Ended::Interrupted),
+                }
+                output::note(&format!("{port}: back"));
+            }
+            Some(ended) => return Ok(ended),
+            None => {}
         }
         if stop.load(Ordering::Relaxed) {
             return Ok(Ended::Interrupted);
@@ -186,6 +199,17 @@ fn listen(
             }
         }
     }
+}
+
+/// Waits until `port` can be opened again; `None` if `stop` is set meanwhile.
+fn plugged_in(port: &Port, baud: u32, stop: &AtomicBool) -> Option<Receiver<Arrival>> {
+    while !stop.load(Ordering::Relaxed) {
+        thread::sleep(REFRESH);
+        if let Ok((arrivals, _)) = port.listen(baud) {
+            return Some(arrivals);
+        }
+    }
+    None
 }
 
 /// Decodes bytes until there are `most` reports; returns a line for each report, and for each damaged frame
@@ -667,6 +691,63 @@ fn tally_text(tally: &Tally, bytes: u64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A board that was unplugged was the end of the input.
+    ///
+    /// In this process: a child would inherit the board's end of the line and keep it open.
+    #[cfg(unix)]
+    #[test]
+    fn an_unplugged_board_is_waited_for() {
+        use certainty_core::units::Point;
+        use certainty_firmware::telemetry::{Encoder, FRAME, Report};
+        use serialport::{SerialPort, TTYPort};
+        use std::io::Write;
+        use std::os::unix::fs::symlink;
+
+        let folder = tempfile::tempdir().unwrap();
+        let name = folder.path().join("board");
+        // The board's end of the line, and the program's as `board`.
+        let plug = || {
+            let (board, host) = TTYPort::pair().unwrap();
+            let _ = std::fs::remove_file(&name); // there is none at first
+            symlink(host.name().unwrap(), &name).unwrap();
+            (board, host)
+        };
+        let mut frame = [0; FRAME];
+        let pose = Report::Pose(Pose::new(Point::ORIGIN, BinaryAngle::ZERO));
+        let bytes = Encoder::new().encode(&pose, &mut frame).unwrap();
+        let arguments = Arguments {
+            port: name.clone().into(),
+            baud: NonZeroU32::new(115_200).unwrap(),
+            frames: NonZeroU64::new(2),
+            once: false,
+            plain: false,
+            json: JsonOption { json: true },
+        };
+
+        let (mut board, host) = plug();
+        let port = Port::from(arguments.port.clone());
+        let monitor = thread::spawn(move || {
+            let mut session = Session::new();
+            let ended = listen(&arguments, &port, Show::Nothing, &mut session);
+            (ended.unwrap(), session.tally().frames)
+        });
+        thread::sleep(Duration::from_millis(300));
+        board.write_all(bytes).unwrap();
+        thread::sleep(Duration::from_millis(300));
+        drop((board, host));
+        thread::sleep(Duration::from_millis(300));
+        assert!(!monitor.is_finished(), "it waits");
+        let (mut board, _host) = plug();
+        // What is sent before the port is open again may be lost.
+        while !monitor.is_finished() {
+            board.write_all(bytes).unwrap();
+            thread::sleep(Duration::from_millis(50));
+        }
+        let (ended, frames) = monitor.join().unwrap();
+        assert!(matches!(ended, Ended::Frames), "{ended:?}");
+        assert_eq!(frames, 2);
+    }
 
     #[test]
     fn angles_are_from_minus_180_to_180() {

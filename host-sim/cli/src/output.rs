@@ -114,10 +114,12 @@ pub(super) fn note(line: &str) {
     let _ = writeln!(std::io::stderr().lock(), "{line}"); // a closed stderr is no failure
 }
 
-/// Returns whether stdout is a terminal that may be coloured: not if `NO_COLOR` is set and not empty.
+/// Returns whether stdout is a terminal that may be coloured: not if `NO_COLOR` is set and not empty, and not
+/// if `TERM` is `dumb`.
 pub(super) fn coloured() -> bool {
     let forbidden = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
-    !forbidden && std::io::stdout().is_terminal()
+    let is_dumb = std::env::var_os("TERM").is_some_and(|terminal| terminal == "dumb");
+    !forbidden && !is_dumb && std::io::stdout().is_terminal()
 }
 
 /// Creates a progress bar of `total` steps on stderr, hidden unless stderr is a terminal.

@@ -71,6 +71,12 @@ pub enum PortError {
     },
 }
 
+/// An open port.
+struct OpenPort {
+    source: Box<dyn Read + Send>,
+    is_serial: bool,
+}
+
 /// A message from the thread that reads a port.
 #[derive(Debug)]
 pub enum Arrival {
@@ -103,16 +109,11 @@ impl fmt::Display for Port {
 }
 
 impl Port {
-    /// Opens the port; a serial one at `baud`, 8 bits, no parity, one stop bit.
-    ///
-    /// # Errors
-    ///
-    /// [`PortError`] names what cannot be opened, and why.
-    pub fn open(&self, baud: u32) -> Result<Box<dyn Read + Send>, PortError> {
+    fn open(&self, baud: u32) -> Result<OpenPort, PortError> {
         match self {
-            Self::Stdin => Ok(Box::new(io::stdin())),
+            Self::Stdin => Ok(file(io::stdin())),
             Self::Tcp(address) => match connected(address) {
-                Ok(stream) => Ok(Box::new(stream)),
+                Ok(stream) => Ok(file(stream)),
                 Err(source) => Err(PortError::Connect {
                     address: address.clone(),
                     source,
@@ -122,20 +123,25 @@ impl Port {
         }
     }
 
-    /// Opens the port and reads it on a thread of its own, so that a sender that pauses does not block the caller.
+    /// Opens the port, a serial one at `baud`, 8 bits, no parity, one stop bit, and reads it on a thread of its own,
+    /// so that a sender that pauses does not block the caller.
     ///
-    /// The thread ends with the input, or at the next byte after the receiver is gone.
+    /// The thread ends with the input, or at the next byte after the receiver is gone. The flag says whether it is
+    /// a serial port, whose board may be unplugged and come back.
     ///
     /// # Errors
     ///
-    /// As [`Self::open`].
-    pub fn listen(&self, baud: u32) -> Result<Receiver<Arrival>, PortError> {
+    /// [`PortError`] names what cannot be opened, and why.
+    pub fn listen(&self, baud: u32) -> Result<(Receiver<Arrival>, bool), PortError> {
         // Enough not to slow a file down, and few enough to bound the memory.
         const WAITING: usize = 16;
-        let mut source = self.open(baud)?;
+        let OpenPort {
+            mut source,
+            is_serial,
+        } = self.open(baud)?;
         let (sender, receiver) = sync_channel(WAITING);
         thread::spawn(move || pump(&mut *source, &sender));
-        Ok(receiver)
+        Ok((receiver, is_serial))
     }
 }
 
@@ -175,7 +181,15 @@ fn connected(address: &str) -> io::Result<TcpStream> {
     Err(failed)
 }
 
-fn opened(path: &Path, baud: u32) -> Result<Box<dyn Read + Send>, PortError> {
+/// A source that ends for good.
+fn file(source: impl Read + Send + 'static) -> OpenPort {
+    OpenPort {
+        source: Box::new(source),
+        is_serial: false,
+    }
+}
+
+fn opened(path: &Path, baud: u32) -> Result<OpenPort, PortError> {
     let failed = |source| PortError::Open {
         path: path.into(),
         source,
@@ -185,7 +199,7 @@ fn opened(path: &Path, baud: u32) -> Result<Box<dyn Read + Send>, PortError> {
         return Err(PortError::Directory { path: path.into() });
     }
     if !may_be_serial(metadata.as_ref()) {
-        return Ok(Box::new(File::open(path).map_err(failed)?));
+        return Ok(file(File::open(path).map_err(failed)?));
     }
     let name = path.to_str().ok_or_else(|| {
         failed(io::Error::new(
@@ -194,18 +208,21 @@ fn opened(path: &Path, baud: u32) -> Result<Box<dyn Read + Send>, PortError> {
         ))
     })?;
     match serialport::new(name, baud).timeout(READ_TIMEOUT).open() {
-        Ok(port) => Ok(Box::new(port)),
+        Ok(port) => Ok(OpenPort {
+            source: Box::new(port),
+            is_serial: true,
+        }),
         Err(error) => {
             // Other devices, such as /dev/null, are read as files.
-            let file = File::open(path).map_err(failed)?;
-            if file.is_terminal() {
+            let device = File::open(path).map_err(failed)?;
+            if device.is_terminal() {
                 let path = path.into();
                 return Err(PortError::Serial {
                     path,
                     source: error,
                 });
             }
-            Ok(Box::new(file))
+            Ok(file(device))
         }
     }
 }
@@ -255,7 +272,8 @@ mod tests {
     fn a_tcp_port_is_read_to_its_end() {
         let server = TcpListener::bind("127.0.0.1:0").unwrap();
         let port = Port::Tcp(server.local_addr().unwrap().to_string());
-        let arrivals = port.listen(9600).unwrap();
+        let (arrivals, is_serial) = port.listen(9600).unwrap();
+        assert!(!is_serial);
         let (mut sender, _) = server.accept().unwrap();
         sender.write_all(&[1, 0, 2]).unwrap();
         assert_eq!(all(&arrivals, 3), [1, 0, 2]);
@@ -270,7 +288,8 @@ mod tests {
         let (mut board, host) = TTYPort::pair().unwrap();
         let name = host.name().unwrap();
         drop(host);
-        let arrivals = Port::Path(name.into()).listen(115_200).unwrap();
+        let (arrivals, is_serial) = Port::Path(name.into()).listen(115_200).unwrap();
+        assert!(is_serial);
         // All bytes: a line that is not raw would drop or change some.
         let bytes: Vec<u8> = (0..=u8::MAX).collect();
         board.write_all(&bytes).unwrap();

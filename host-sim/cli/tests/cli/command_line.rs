@@ -361,8 +361,8 @@ fn the_report_has_methods_sensors_and_pictures() {
 /// A terminal is what `script` makes; its argument for a command differs between systems.
 #[cfg(target_os = "linux")]
 #[test]
-fn a_terminal_has_colour_unless_no_color_is_set() {
-    let on_terminal = |no_color: bool| {
+fn a_terminal_has_colour_unless_it_is_dumb_or_no_color_is_set() {
+    let on_terminal = |terminal: &str, no_color: bool| {
         let folder = tempfile::tempdir().unwrap();
         let inner = command(folder.path(), ["simulate"]);
         let program = inner.get_program().to_str().unwrap();
@@ -370,7 +370,7 @@ fn a_terminal_has_colour_unless_no_color_is_set() {
         script
             .args(["-qec", &format!("'{program}' simulate"), "/dev/null"])
             .current_dir(folder.path())
-            .env("TERM", "xterm")
+            .env("TERM", terminal)
             .stdin(Stdio::null());
         if no_color {
             script.env("NO_COLOR", "1");
@@ -385,8 +385,9 @@ fn a_terminal_has_colour_unless_no_color_is_set() {
         skipped("there is no `script` to make a terminal");
         return;
     }
-    assert!(on_terminal(false));
-    assert!(!on_terminal(true));
+    assert!(on_terminal("xterm", false));
+    assert!(!on_terminal("xterm", true));
+    assert!(!on_terminal("dumb", false));
 }
 
 #[test]
