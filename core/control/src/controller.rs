@@ -151,7 +151,8 @@ impl<C: Borrow<ControlRules<R>>, const R: usize> Controller<C, R> {
     #[inline(never)]
     pub fn step<const B: usize>(&mut self, input: &ControlInput<'_, R, B>) -> Command {
         let fresh = FreshInput::of(input, self.rules.borrow().config());
-        let mut credibility = Credibility::of(&input.failures);
+        // A rangefinder that sends nothing now counts as failed here as well as for the coverage.
+        let mut credibility = Credibility::of(&fresh.failures);
         if self.rules.borrow().config().sharing == FailureSharing::Own {
             credibility.braitenberg = Effort::ONE;
         }
@@ -252,6 +253,8 @@ fn is_trusted(trust: Effort) -> bool {
 /// The input with stale readings replaced by missing ones, and the trust in each sensor.
 struct FreshInput<'a, const R: usize, const B: usize> {
     readings: [Reading; R],
+    /// Those of the input, and in full those of sensors without a reading.
+    failures: Failures<R>,
     /// 1 − φ; 0 if the reading is missing.
     trust: [Effort; R],
     scan: Option<&'a [Reading; B]>,
@@ -280,6 +283,7 @@ impl<'a, const R: usize, const B: usize> FreshInput<'a, R, B> {
         let scanner_trust = failures.scanner.trust();
         Self {
             readings,
+            failures,
             trust: failures.rangefinders.map(Failure::trust),
             scan: scan.filter(|_| scanner_trust > Effort::ZERO),
             scanner_trust,
@@ -656,6 +660,18 @@ mod tests {
         assert_eq!(step(1000, Ticks::new(1000 + stale_after)), SpeedLimit::None);
     }
 
+    /// A silent rangefinder counted as failed for the coverage only.
+    #[test]
+    fn a_silent_rangefinder_counts_in_eq_14_as_a_failed_one() {
+        let mut silent = Scene::open();
+        silent.rangefinders[2] = Reading::Missing(Missing::Timeout);
+        let mut failed = silent.clone();
+        failed.failures.rangefinders[2] = Failure::TOTAL;
+        let (silent, failed) = (settled(&silent), settled(&failed));
+        assert_eq!(silent.credibility, failed.credibility);
+        assert!(silent.credibility.braitenberg < Effort::ONE);
+    }
+
     #[test]
     fn where_every_direction_is_blocked_it_turns() {
         let wall = Scene {
@@ -840,6 +856,12 @@ mod tests {
         #[test]
         fn no_failure_is_full_credibility_in_any_scene(mut scene in scene()) {
             scene.failures = Failures::NONE;
+            let present = |reading: &mut Reading| {
+                if matches!(reading, Reading::Missing(_)) {
+                    *reading = Reading::NoObject;
+                }
+            };
+            scene.rangefinders.iter_mut().chain(&mut scene.scan).for_each(present);
             let Credibility { braitenberg, histogram, goal } = settled(&scene).credibility;
             prop_assert_eq!([braitenberg, histogram, goal], [Effort::ONE; 3]);
         }

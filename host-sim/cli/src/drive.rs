@@ -36,6 +36,9 @@ pub(super) struct Arguments {
     /// and heads along +x
     #[arg(long, value_name = "FILE", conflicts_with = "study")]
     world: Option<PathBuf>,
+    /// Seed of a random course, as --study drives them, in place of --world
+    #[arg(long, value_name = "N", conflicts_with_all = ["world", "study"])]
+    world_seed: Option<u64>,
     /// Goal
     #[arg(
         long,
@@ -263,6 +266,8 @@ struct Document {
     collisions: u32,
     min_clearance_mm: Option<f64>,
     health_mode: &'static str,
+    /// Whether readings of failed sensors were filled in from a map.
+    memory: bool,
     events: Vec<EventReport>,
 }
 
@@ -291,6 +296,7 @@ impl Report for Driven<'_> {
             collisions: outcome.collisions,
             min_clearance_mm: Some(clearance).filter(|clearance| clearance.is_finite()),
             health_mode: drive.health.name(),
+            memory: drive.pilot.memory.applies_to(drive.health),
             events: events.collect(),
         }
     }
@@ -313,12 +319,17 @@ impl Arguments {
     fn drive(&self) -> Result<Drive, Failure> {
         let file = self.world.as_deref();
         let goal = goal(self)?;
-        let course = match file {
-            Some(file) => Course::to(
-                goal,
-                World::load(file).map_err(|error| Failure::input(&error))?,
-            ),
-            None => Course {
+        let course = match (file, self.world_seed) {
+            (Some(file), _) => {
+                let world = World::load(file).map_err(|error| Failure::input(&error))?;
+                Course::to(goal, world)
+            }
+            (None, Some(seed)) => {
+                let course = Course::random(seed);
+                let course = course.map_err(|error| Failure::Internal(error.to_string()))?;
+                Course { goal, ..course }
+            }
+            (None, None) => Course {
                 goal,
                 ..Course::built_in()
             },
@@ -331,8 +342,13 @@ impl Arguments {
             pilot: pilot(self),
             seed: self.common.seed,
         };
-        check_start(&drive, file)?;
-        check_goal(&drive, file)?;
+        let name = match (file, self.world_seed) {
+            (Some(file), _) => display_path(file),
+            (None, Some(seed)) => format!("the course of --world-seed {seed}"),
+            (None, None) => "the built-in course".into(),
+        };
+        check_start(&drive, &name)?;
+        check_goal(&drive, &name)?;
         Ok(drive)
     }
 }
@@ -367,26 +383,21 @@ fn faults(arguments: &Arguments) -> Result<Vec<FaultSpec>, Failure> {
     Ok(faults)
 }
 
-/// Returns the world's name in errors.
-fn world_name(file: Option<&Path>) -> String {
-    file.map_or_else(|| "the built-in course".to_owned(), display_path)
-}
-
-fn check_start(drive: &Drive, file: Option<&Path>) -> Result<(), Failure> {
+/// Refuses a start inside an obstacle; `world` is its name in errors.
+fn check_start(drive: &Drive, world: &str) -> Result<(), Failure> {
     let course = &drive.course;
     let body = Body::new(course.start, drive.seed);
     let Some(obstacle) = body.touched(&course.world) else {
         return Ok(());
     };
     Err(Failure::Input(format!(
-        "{}: the robot, 900mm by 600mm around 0,0, starts inside an obstacle, {obstacle}: expected \
-         free space",
-        world_name(file)
+        "{world}: the robot, 900mm by 600mm around 0,0, starts inside an obstacle, {obstacle}: expected \
+         free space"
     )))
 }
 
 /// Refuses a goal inside an obstacle, within the goal radius of the start, or out of reach.
-fn check_goal(drive: &Drive, file: Option<&Path>) -> Result<(), Failure> {
+fn check_goal(drive: &Drive, world: &str) -> Result<(), Failure> {
     let course = &drive.course;
     let rules = drive.pilot.rules();
     let radius = rules.config().goal_radius.get();
@@ -396,7 +407,6 @@ fn check_goal(drive: &Drive, file: Option<&Path>) -> Result<(), Failure> {
     };
     let covers = |obstacle: &&Obstacle| obstacle.clearance(course.goal) <= 0.0;
     if let Some(obstacle) = course.world.obstacles().iter().find(covers) {
-        let world = world_name(file);
         return refused(&format!(
             "is inside an obstacle of {world}, {obstacle}: expected a free place"
         ));

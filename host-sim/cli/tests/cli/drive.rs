@@ -41,6 +41,25 @@ fn json_has_the_shape_of_its_snapshot() {
     assert_eq!(document["health_mode"], "given");
 }
 
+/// A world of the study could be neither driven nor seen.
+#[test]
+fn a_course_of_the_study_can_be_driven_and_seen() {
+    let folder = tempfile::tempdir().unwrap();
+    let ran = drive(folder.path(), "--world-seed 7003 --health given");
+    assert_eq!(ran.code, Some(0), "{ran:?}");
+    assert!(
+        ran.stdout
+            .contains("memory: diagnosed (not used by this robot)"),
+        "{ran:?}"
+    );
+    assert!(folder.path().join("out/drive-track.png").exists());
+    let other = document("--world-seed 7004");
+    assert_eq!(other["memory"], true);
+    let ran = drive(folder.path(), "--world-seed 1 --study");
+    let refused = ran.refusal();
+    assert!(refused.contains("--world-seed"), "{refused}");
+}
+
 #[test]
 fn sound_sensors_reach_the_goal_of_the_built_in_course() {
     let document = document("");
