@@ -21,6 +21,9 @@ pub enum SonarVerdict {
     /// It has been removed before and has enough confirmations again: it counts again from the next
     /// assessment on.
     Reinstated,
+    /// It has too few confirmations, but was compared with the other sonars only: in the open no two echoes
+    /// meet, so this is no evidence of a fault. It stays in use.
+    Unverified,
 }
 
 impl SonarVerdict {
@@ -38,6 +41,7 @@ impl fmt::Display for SonarVerdict {
             Self::Removed => "removed",
             Self::StillRemoved => "still removed",
             Self::Reinstated => "reinstated",
+            Self::Unverified => "unverified",
         })
     }
 }
@@ -139,16 +143,16 @@ impl<const SENSORS: usize> Monitor<SENSORS> {
     /// A sonar with fewer confirmations than the [`RingRules`] require is declared faulty and removed; from
     /// the next assessment on, its paths no longer count for its neighbours. It is still assessed, by its
     /// paths to sonars that are in use, and reinstated when it has enough confirmations again. Without
-    /// `expected`, the simulation-based vector is zero, and echoes are compared with each other only.
+    /// `expected`, such as without a laser, echoes are compared with each other only: a sonar with too few
+    /// confirmations is then [unverified](SonarVerdict::Unverified), and none is removed.
     pub fn assess(
         &mut self,
         ring: &Ring<SENSORS>,
         expected: Option<&Distances<SENSORS>>,
         measured: &Distances<SENSORS>,
     ) -> Assessment<SENSORS> {
-        let simulation = expected.map_or([0; SENSORS], |expected| {
-            simulation_based(ring, expected, measured, &self.removed, &self.rules)
-        });
+        let simulation = expected
+            .map(|expected| simulation_based(ring, expected, measured, &self.removed, &self.rules));
         let intersection = intersection_based(ring, measured, &self.removed, &self.rules);
         self.conclude(simulation, intersection)
     }
@@ -156,16 +160,19 @@ impl<const SENSORS: usize> Monitor<SENSORS> {
     /// Derives the verdicts from the two confidence vectors (\[003\] §7), as [`assess`](Self::assess) does.
     pub fn conclude(
         &mut self,
-        simulation: [u8; SENSORS],
+        simulation: Option<[u8; SENSORS]>,
         intersection: [u8; SENSORS],
     ) -> Assessment<SENSORS> {
+        let is_compared = simulation.is_some();
+        let simulation = simulation.unwrap_or([0; SENSORS]);
         let mut verdicts = [SonarVerdict::Sound; SENSORS];
         let sums = overall(&simulation, &intersection);
         let least = self.rules.config().least;
         let sonars = verdicts.iter_mut().zip(&mut self.removed).zip(sums);
         for ((verdict, removed), sum) in sonars {
             *verdict = match (*removed, sum >= least) {
-                (false, false) => SonarVerdict::Removed,
+                (false, false) if is_compared => SonarVerdict::Removed,
+                (false, false) => SonarVerdict::Unverified,
                 (true, false) => SonarVerdict::StillRemoved,
                 (true, true) => SonarVerdict::Reinstated,
                 (false, true) => SonarVerdict::Sound,
@@ -183,7 +190,7 @@ impl<const SENSORS: usize> Monitor<SENSORS> {
     ///
     /// `health` lists the sonars in the order of their numbers: the same [`Health`] that a certainty grid
     /// keeps of its sensors, such as [`Mapper::health_mut`](certainty_core::fusion::Mapper::health_mut)
-    /// returns. One assessment is one confirmation or one contradiction. The readings themselves are not
+    /// returns. One assessment is one confirmation or one contradiction, and nothing for an unverified sonar. The readings themselves are not
     /// recorded here: a mapper does that, or [`Health::record`].
     pub fn record(
         &self,
@@ -196,10 +203,14 @@ impl<const SENSORS: usize> Monitor<SENSORS> {
         for (verdict, health) in assessment.verdicts.iter().zip(health) {
             // The other party is the rest of the ring, of which no record is kept.
             let ring = &mut Health::default();
-            if verdict.is_faulty() {
-                Health::contradict([health, ring], [Claim::Occupied, Claim::Free], &learning);
-            } else {
-                Health::confirm([health, ring], Claim::Occupied, &learning);
+            match verdict {
+                SonarVerdict::Removed | SonarVerdict::StillRemoved => {
+                    Health::contradict([health, ring], [Claim::Occupied, Claim::Free], &learning);
+                }
+                SonarVerdict::Sound | SonarVerdict::Reinstated => {
+                    Health::confirm([health, ring], Claim::Occupied, &learning);
+                }
+                SonarVerdict::Unverified => {}
             }
             health.settle(health_rules, now);
         }
@@ -242,31 +253,31 @@ mod tests {
     #[test]
     fn the_papers_vectors_add_up_and_name_sensor_4() {
         let mut monitor = Monitor::<24>::new(RingRules::DEFAULT);
-        let sound = monitor.conclude(SIMULATION, INTERSECTION);
+        let sound = monitor.conclude(Some(SIMULATION), INTERSECTION);
         assert_eq!(sound.overall(), OVERALL);
         assert_eq!(faulty(&sound), [0_u8; 0]);
 
-        let falsified = monitor.conclude(FALSIFIED_SIMULATION, FALSIFIED_INTERSECTION);
+        let falsified = monitor.conclude(Some(FALSIFIED_SIMULATION), FALSIFIED_INTERSECTION);
         assert_eq!(falsified.overall(), FALSIFIED_OVERALL);
         assert_eq!(faulty(&falsified), [4]);
         assert_eq!(falsified.verdicts()[3], SonarVerdict::Removed);
         assert!(monitor.removed()[3]);
 
-        let again = monitor.conclude(FALSIFIED_SIMULATION, FALSIFIED_INTERSECTION);
+        let again = monitor.conclude(Some(FALSIFIED_SIMULATION), FALSIFIED_INTERSECTION);
         assert_eq!(again.verdicts()[3], SonarVerdict::StillRemoved);
-        let fixed = monitor.conclude(SIMULATION, INTERSECTION);
+        let fixed = monitor.conclude(Some(SIMULATION), INTERSECTION);
         assert_eq!(fixed.verdicts()[3], SonarVerdict::Reinstated);
         assert_eq!(monitor.removed(), &[false; 24]);
-        let after = monitor.conclude(SIMULATION, INTERSECTION);
+        let after = monitor.conclude(Some(SIMULATION), INTERSECTION);
         assert_eq!(after.verdicts(), &[SonarVerdict::Sound; 24]);
     }
 
     #[test]
     fn two_sound_sonars_have_under_three_confirmations() {
         let mut monitor = Monitor::<24>::new(RingRules::WARY);
-        let sound = monitor.conclude(SIMULATION, INTERSECTION);
+        let sound = monitor.conclude(Some(SIMULATION), INTERSECTION);
         assert_eq!(faulty(&sound), [9, 10]);
-        let falsified = monitor.conclude(FALSIFIED_SIMULATION, FALSIFIED_INTERSECTION);
+        let falsified = monitor.conclude(Some(FALSIFIED_SIMULATION), FALSIFIED_INTERSECTION);
         assert_eq!(faulty(&falsified), [4, 9, 10]);
     }
 
@@ -302,6 +313,31 @@ mod tests {
         assert_eq!(after.simulation_based(), &[7; 24]);
     }
 
+    /// Without a laser, 17 of 24 sound sonars were declared faulty.
+    #[test]
+    fn without_expected_echoes_no_sonar_is_removed() {
+        let mut monitor = Monitor::<24>::new(RingRules::DEFAULT);
+        let alone = monitor.conclude(None, INTERSECTION);
+        assert_eq!(faulty(&alone), [0_u8; 0]);
+        let least = RingRules::DEFAULT.config().least;
+        for (verdict, &count) in alone.verdicts().iter().zip(&INTERSECTION) {
+            let expected = if count >= least {
+                SonarVerdict::Sound
+            } else {
+                SonarVerdict::Unverified
+            };
+            assert_eq!(*verdict, expected);
+        }
+        // It neither confirms nor contradicts.
+        let mut health = [Health::default(); 24];
+        monitor.record(&alone, &mut health, &HealthRules::DEFAULT, Ticks::new(0));
+        assert_eq!((health[4].confirmations(), health[4].contradictions()), (0, 0));
+        // One that is removed stays so.
+        let _ = monitor.conclude(Some(FALSIFIED_SIMULATION), FALSIFIED_INTERSECTION);
+        let after = monitor.conclude(None, FALSIFIED_INTERSECTION);
+        assert_eq!(after.verdicts()[3], SonarVerdict::StillRemoved);
+    }
+
     #[test]
     fn health_of_a_removed_sonar_falls_fast_recovers_slow() {
         let mut monitor = Monitor::<24>::new(RingRules::DEFAULT);
@@ -315,7 +351,7 @@ mod tests {
             for each in &mut health {
                 each.record(Reading::NoObject, now);
             }
-            let assessment = monitor.conclude(simulation, intersection);
+            let assessment = monitor.conclude(Some(simulation), intersection);
             monitor.record(&assessment, &mut health, &rules, now);
             if statuses.last() != Some(&health[3].status()) {
                 statuses.push(health[3].status());

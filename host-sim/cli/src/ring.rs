@@ -6,7 +6,7 @@ use super::replay::ZeroArgument;
 use super::table::{counted, list, percent, row, table};
 use certainty_core::units::{BinaryAngle, Millimeters, Point, Pose};
 use certainty_repro::ring_study::{
-    Extraction, ExtractionRow, FaultSweep, KindRow, PoseResult, SweepResult,
+    Extraction, ExtractionRow, FaultSweep, KindRow, PoseResult, SweepResult, differs,
 };
 use certainty_ring::{ElementKind, Joint, Ring, RingConfig, RingRules};
 use certainty_sim::export::display_path;
@@ -130,9 +130,13 @@ impl Arguments {
             }
         };
         let (x, y) = (robot.at.x_mm(), robot.at.y_mm());
-        if world.occupied(robot.at) {
-            let line = format!("--pose: an obstacle covers {x}mm,{y}mm: expected a free position");
-            return Err(Failure::Input(line));
+        let radius = RingConfig::DEFAULT.radius;
+        let touches = |clearance: f64| clearance < f64::from(radius.get());
+        if world.clearance(robot.at).is_some_and(touches) {
+            return Err(Failure::Input(format!(
+                "--pose: at {x}mm,{y}mm an obstacle is within the ring's radius of {radius}: expected a \
+                 free position"
+            )));
         }
         let Some(bounds) = world.bounds() else {
             return Ok(robot);
@@ -202,6 +206,8 @@ struct CheckDocument<'a> {
     world: &'a str,
     pose: PoseReport,
     faults: Vec<String>,
+    /// Those that change no distance of their sonar at this pose.
+    without_effect: Vec<String>,
     rules: &'static str,
     faulty: Vec<u8>,
     vectors: Vectors,
@@ -248,6 +254,7 @@ struct Check<'a> {
     robot: Pose,
     observation: Observation,
     diagnosis: RingDiagnosis,
+    without_effect: Vec<RingFault>,
     files: Vec<PathBuf>,
 }
 
@@ -261,6 +268,13 @@ fn check(arguments: &Arguments, world: &World) -> Result<(), Failure> {
         Failure::Input(format!("{name}: {error}; use fewer obstacles"))
     })?;
     let diagnosis = simulation.assess(&observation);
+    let mut sound = observation.clone();
+    sound.echoes = simulation.echoes(robot, &[], arguments.common.seed, 0);
+    let sound = simulation.assess(&sound).measured;
+    let has_effect =
+        |fault: &RingFault| differs(&simulation, fault.sensor, &sound, &diagnosis.measured);
+    let mut without_effect = arguments.faults.clone();
+    without_effect.retain(|fault| !has_effect(fault));
     let out = arguments.common.output.create()?;
     let files = draw(&simulation, &observation, &diagnosis, &out);
     arguments.common.output.print(&Check {
@@ -269,6 +283,7 @@ fn check(arguments: &Arguments, world: &World) -> Result<(), Failure> {
         robot,
         observation,
         diagnosis,
+        without_effect,
         files: files.map_err(|error| Failure::input(&error))?,
     })
 }
@@ -294,6 +309,11 @@ impl Report for Check<'_> {
                 heading_deg: quantity::degrees(self.robot.heading),
             },
             faults: arguments.faults.iter().map(ToString::to_string).collect(),
+            without_effect: self
+                .without_effect
+                .iter()
+                .map(ToString::to_string)
+                .collect(),
             rules: arguments.rules.name(),
             faulty: self.faulty(),
             vectors: Vectors::of(assessment),
@@ -345,8 +365,12 @@ impl Report for Check<'_> {
             ]
         }));
         text += &table(&rows);
+        text.push('\n');
+        for fault in &self.without_effect {
+            text += &format!("{fault} changes no distance at this pose: it cannot be found here\n");
+        }
         text += &format!(
-            "\nfaulty: {}\npictures: {}/ring-*.png, .svg\n",
+            "faulty: {}\npictures: {}/ring-*.png, .svg\n",
             list(self.faulty(), ", "),
             display_path(&arguments.common.output.out)
         );
@@ -509,6 +533,7 @@ impl Report for Extracted<'_> {
             "segments",
             "found",
             "walls",
+            "phantom",
             "corners",
             "found",
             "mean error",
@@ -522,6 +547,7 @@ impl Report for Extracted<'_> {
                 row.segments.to_string(),
                 row.segments_found.to_string(),
                 row.walls.to_string(),
+                row.phantom_walls.to_string(),
                 row.corners.to_string(),
                 row.corners_found.to_string(),
                 format!("{:.1}mm", row.mean_corner_error_mm),

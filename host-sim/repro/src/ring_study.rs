@@ -140,7 +140,7 @@ impl FaultSweep<'_> {
             .collect();
         let outcomes = outcomes?;
         let sound = |faulty: u32| (SONARS as u32 - faulty) * self.poses;
-        let cases = cases();
+        let cases = self.cases();
         let rows = cases.iter().enumerate().map(|(number, &(defect, faulty))| {
             let counts = outcomes.iter().map(|outcome| outcome.rows[number]);
             let sum = counts.fold(Counts::default(), |sum, one| Counts {
@@ -190,7 +190,7 @@ impl FaultSweep<'_> {
             observed.echoes = simulation.echoes(pose, &faults, self.seed, part);
             simulation.assess(&observed)
         };
-        let rows = cases().into_iter().map(|(defect, faulty)| {
+        let rows = self.cases().into_iter().map(|(defect, faulty)| {
             let diagnosis = with_fault(defect, faulty);
             let mut counts = Counts::default();
             for sensor in simulation.ring.sensors() {
@@ -226,6 +226,21 @@ impl FaultSweep<'_> {
         })
     }
 
+    /// Every kind of fault, of one sonar and of two; that of [`Self::defect`] with its value.
+    fn cases(&self) -> Vec<(RingDefect, usize)> {
+        let kinds = RingDefect::ALL.map(|defect| {
+            if defect.kind() == self.defect.kind() {
+                self.defect
+            } else {
+                defect
+            }
+        });
+        let counts = kinds.into_iter();
+        counts
+            .flat_map(|defect| [(defect, 1), (defect, 2)])
+            .collect()
+    }
+
     /// Two different sonars, drawn for each pose.
     fn pair(&self, part: u32) -> [SensorId; 2] {
         let mut dice = stream(self.seed, Purpose::Choice, 1, part);
@@ -233,14 +248,6 @@ impl FaultSweep<'_> {
         let second = (first + dice.random_range(1..SONARS)) % SONARS;
         [first, second].map(|slot| SensorId::from_slot(slot).expect("a slot of 24 has a number"))
     }
-}
-
-/// Every kind of fault, of one sonar and of two.
-fn cases() -> Vec<(RingDefect, usize)> {
-    let kinds = RingDefect::ALL.into_iter();
-    kinds
-        .flat_map(|defect| [(defect, 1), (defect, 2)])
-        .collect()
 }
 
 /// Random poses at which the robot fits.
@@ -272,8 +279,9 @@ fn fits(world: &World, at: Point) -> bool {
         .all(|obstacle| obstacle.clearance(at) >= CLEARANCE)
 }
 
-/// Whether a fault changed the distance of any path of `sensor`.
-fn differs(
+/// Returns whether a fault changed the distance of any path of `sensor`.
+#[must_use]
+pub fn differs(
     simulation: &RingSimulation<'_>,
     sensor: SensorId,
     before: &Distances<SONARS>,
@@ -317,6 +325,8 @@ pub struct ExtractionRow {
     pub segments_found: u32,
     /// Walls in the polygons, pseudo line segments not counted.
     pub walls: u32,
+    /// Those of which the middle is more than 60 mm from every surface: they do not exist.
+    pub phantom_walls: u32,
     /// Corners and edges of the world both sides of which are such stretches.
     pub corners: u32,
     /// Those with a vertex within 200 mm.
@@ -337,6 +347,9 @@ struct Stretch {
     from: PointMm,
     to: PointMm,
 }
+
+/// The farthest that a wall of a polygon may be from the surface that it stands for.
+const OFF_WALL_MM: f64 = 60.0;
 
 /// The least number of beams of a segment.
 const LEAST_BEAMS: u32 = 5;
@@ -370,6 +383,14 @@ impl Extraction<'_> {
         Ok(rows.collect())
     }
 
+    /// Whether a wall of a polygon does not exist: its middle is far from every surface.
+    fn is_phantom(&self, &(from, to): &(PointMm, PointMm)) -> bool {
+        let middle = |a: f64, b: f64| (f64::midpoint(a, b)).round() as i32;
+        let at = Point::from_mm(middle(from.0, to.0), middle(from.1, to.1));
+        let clearance = self.simulation.world().clearance(at);
+        clearance.is_none_or(|clearance| clearance > OFF_WALL_MM)
+    }
+
     fn row(
         &self,
         lasers: &LaserPair,
@@ -384,6 +405,7 @@ impl Extraction<'_> {
             segments: 0,
             segments_found: 0,
             walls: 0,
+            phantom_walls: 0,
             corners: 0,
             corners_found: 0,
             mean_corner_error_mm: 0.0,
@@ -399,6 +421,8 @@ impl Extraction<'_> {
             };
             let walls = walls(&polygon, robot);
             row.walls += walls.len() as u32;
+            let phantoms = walls.iter().filter(|wall| self.is_phantom(wall));
+            row.phantom_walls += phantoms.count() as u32;
             let stretches = stretches(&surfaces, lasers, robot);
             for stretch in &stretches {
                 row.segments += 1;
@@ -463,7 +487,7 @@ fn covers(&(from, to): &(PointMm, PointMm), stretch: &Stretch) -> bool {
     };
     let ((a, off_a), (b, off_b)) = (local(stretch.from), local(stretch.to));
     let shared = a.max(b).min(length) - a.min(b).max(0.0);
-    off_a <= 60.0 && off_b <= 60.0 && shared >= 0.5 * (a - b).abs()
+    off_a <= OFF_WALL_MM && off_b <= OFF_WALL_MM && shared >= 0.5 * (a - b).abs()
 }
 
 /// The stretches of faces that the lasers hit, in the order of the beams.

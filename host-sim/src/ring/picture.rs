@@ -121,10 +121,14 @@ impl Curve {
         path: Path,
         distances: &Distances<SONARS>,
     ) -> Option<Self> {
+        let ring = simulation.ring.config();
+        // A path without an echo has the range as its distance, and no arc that could meet another.
         let Folded::Distance(distance) = distances.get(path) else {
             return None;
         };
-        let ring = simulation.ring.config();
+        if distance >= ring.range {
+            return None;
+        }
         let spacing = core::f64::consts::TAU / SONARS as f64;
         let turned = f64::from(path.order()) * spacing / 2.0;
         let radius = f64::from(ring.radius.get()) / 1e3;

@@ -169,6 +169,38 @@ fn a_worlds_name_is_escaped() {
     }
 }
 
+/// The fault of an example had no effect, and nothing said so.
+#[test]
+fn a_fault_without_effect_is_named() {
+    let document = alone("ring --json --fault blind:4 --fault 9").json();
+    assert_eq!(document["without_effect"], serde_json::json!(["blind:4"]));
+    let text = alone("ring --fault blind:4").stdout;
+    let line = "blind:4 changes no distance at this pose: it cannot be found here\n";
+    assert!(text.contains(line), "{text}");
+}
+
+/// A sweep had the default value of every kind, whatever --fault had.
+#[test]
+fn a_sweep_has_the_value_of_its_fault() {
+    let rows = |fault: &str| {
+        let arguments = format!("ring --sweep --poses 8 --json --fault {fault}");
+        alone(&arguments).json()["kinds"].clone()
+    };
+    // 20 mm is below the threshold of 100 mm, so no path differs.
+    let slight = rows("falsified:4=20mm");
+    assert_eq!(slight[0]["without_effect"], slight[0]["faults"]);
+    assert_eq!(rows("falsified:4=500mm")[0]["without_effect"], 0);
+}
+
+/// Walls of a polygon that are on no surface were not counted.
+#[test]
+fn extraction_counts_the_walls_that_do_not_exist() {
+    let document = alone("ring --extraction --poses 4 --json").json();
+    let row = &document["rows"][0];
+    let (walls, phantoms) = (row["walls"].as_u64(), row["phantom_walls"].as_u64());
+    assert!(phantoms.unwrap() > 0 && phantoms < walls, "{row}");
+}
+
 #[test]
 fn the_number_of_threads_changes_no_polygon() {
     let extraction = |jobs: u8| {
@@ -210,7 +242,7 @@ fn bad_input_is_refused_in_one_line() {
         ("ring --fault deaf:4", "unknown fault 'deaf'"),
         ("ring --pose 1,2,3", "has no unit"),
         ("ring --pose 1m,2m", "a part is missing"),
-        ("ring --pose 350mm,3m,0deg", "an obstacle covers"),
+        ("ring --pose 350mm,3m,0deg", "within the ring"),
         ("ring --world input", "input:1"),
         ("ring --recording input", "input:1: 'metres' in column 1"),
         ("ring --recording nowhere", "nowhere: cannot be opened"),
