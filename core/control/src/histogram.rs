@@ -55,9 +55,9 @@ impl<const B: usize> PolarHistogram<B> {
     /// `a = atan(W_safe / (D − W_safe))`, rounded up to whole beams, which is never less than the robot
     /// needs: `asin(W_safe / D)`.
     ///
-    /// Differs from \[004\], whose eq. 8 as printed holds for every pair of beams (∨ where ∧ is meant)
-    /// and widens by the angle of the beam that looks rather than of the one that sees. Eq. 6 is read with the
-    /// bars that eq. 7 has; in eq. 7 `W_safe` is a part of `D_def`, as its divisor is.
+    /// Differs from \[004\], whose eq. 8 as printed holds for every pair of beams (∨ where ∧ is meant) and gives
+    /// the maximum of the set around beam i to beam j. Its eq. 6 grows with the distance, with the bars of eq. 7
+    /// too; here it falls as eq. 5 does. In eq. 7 `W_safe` is a part of `D_def`, as its divisor is.
     ///
     /// Cost: seven products per beam, and a comparison for every beam that an obstacle occupies.
     #[must_use]

@@ -243,7 +243,8 @@ impl<G: CertaintyGrid, H: AsRef<[Health]> + AsMut<[Health]>> Mapper<G, H> {
 /// A read-only view of the map and of the sensors' health.
 ///
 /// The interface between the fusion level and the control level (\[000\] §2). It shows no sensor's
-/// readings, mounting or kind, so that a sensor can be added without a change of control.
+/// readings, mounting or kind: a sensor that is added is one more entry of [`Self::sensors`], which a control
+/// level that weighs the sensors' health has to expect.
 #[derive(Debug)]
 pub struct Environment<'a, G> {
     grid: &'a G,
