@@ -331,7 +331,10 @@ mod tests {
         // It neither confirms nor contradicts.
         let mut health = [Health::default(); 24];
         monitor.record(&alone, &mut health, &HealthRules::DEFAULT, Ticks::new(0));
-        assert_eq!((health[4].confirmations(), health[4].contradictions()), (0, 0));
+        assert_eq!(
+            (health[4].confirmations(), health[4].contradictions()),
+            (0, 0)
+        );
         // One that is removed stays so.
         let _ = monitor.conclude(Some(FALSIFIED_SIMULATION), FALSIFIED_INTERSECTION);
         let after = monitor.conclude(None, FALSIFIED_INTERSECTION);

@@ -44,6 +44,9 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "METHOD", default_value = "all",
           value_parser = named(FusionArgument::all(), FusionArgument::name))]
     fusion: FusionArgument,
+    /// Validate each sensor's readings before they are fused, as [002] Fig. 1 draws it
+    #[arg(long)]
+    validate: bool,
     #[command(flatten)]
     common: CommonOptions,
 }
@@ -88,6 +91,7 @@ impl Arguments {
         let sensors = self.sensors.clone();
         Ok(Setup {
             faults: self.faults()?,
+            validated: self.validate,
             ..Setup::smart_car(Arc::new(world), sensors, length, self.common.seed)
         })
     }

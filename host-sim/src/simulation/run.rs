@@ -13,6 +13,7 @@ use certainty_core::certainty::Certainty;
 use certainty_core::fusion::{Beam, BeamModel, Shape};
 use certainty_core::health::Health;
 use certainty_core::sensor::SensorId;
+use certainty_core::transducer::{Reading, ValidationConfig, ValidationRules, Validator};
 use certainty_core::units::Ticks;
 use certainty_firmware::smart_car::{FARTHEST, NEAREST, SmartCarShape};
 use std::sync::Arc;
@@ -43,6 +44,8 @@ pub struct Setup {
     pub profile: Profile,
     /// Their faults.
     pub faults: Vec<FaultSpec>,
+    /// Whether each sensor's readings are validated before they are fused, as \[002\] Fig. 1 draws it.
+    pub validated: bool,
     /// The length.
     pub length: Length,
     /// The open numbers of the methods.
@@ -106,6 +109,7 @@ impl Setup {
             layout: SensorLayout::SMART_CAR,
             profile: Profile::default(),
             faults: Vec::new(),
+            validated: false,
             length,
             fusion: FusionRules::default(),
             seed,
@@ -152,6 +156,8 @@ impl Setup {
     fn take_readings(&self) -> Result<Vec<SimulatedReading>, SetupError> {
         let heads = self.sensors.count();
         let mut sensors = self.sensors()?;
+        let rules = self.validation();
+        let mut validators = vec![Validator::new(); sensors.len()];
         let (steps, most) = match self.length {
             Length::Readings(readings) => (u32::MAX, readings as usize),
             Length::Steps(steps) => (steps, usize::MAX),
@@ -159,7 +165,8 @@ impl Setup {
         let mut readings = Vec::new();
         for step in 0..steps {
             let at = Ticks::new(step.wrapping_mul(STEP_MS));
-            for (slot, (id, sensor)) in (0_u8..).zip(&mut sensors) {
+            let turns = sensors.iter_mut().zip(&mut validators);
+            for (slot, ((id, sensor), validator)) in (0_u8..).zip(turns) {
                 let pose = self.layout.look(slot, heads, step);
                 let look = Look {
                     origin: pose.at,
@@ -170,12 +177,17 @@ impl Setup {
                     if readings.len() == most {
                         return Ok(readings);
                     }
+                    let measured = sensor.sense(&look);
+                    let reading = match rules {
+                        Some(rules) => validate(validator, &rules, measured, &look),
+                        None => measured,
+                    };
                     let beam = RecordedBeam {
                         at: look.at,
                         sensor: *id,
                         origin: look.origin,
                         bearing: look.bearing,
-                        reading: sensor.sense(&look),
+                        reading,
                     };
                     readings.push(SimulatedReading {
                         beam,
@@ -185,6 +197,15 @@ impl Setup {
             }
         }
         Ok(readings)
+    }
+
+    /// The checks of a sensor's readings: those of the shipped car, with the sweeps of this run.
+    fn validation(&self) -> Option<ValidationRules> {
+        let directions = self.layout.directions();
+        let sweep_ms = STEP_MS * u32::from(directions);
+        let config = ValidationConfig::sweeping(NEAREST, FARTHEST, 0, directions, sweep_ms);
+        let rules = ValidationRules::try_new(config).ok();
+        rules.filter(|_| self.validated)
     }
 
     /// The sensors with their faults, each with the curve of another real unit.
@@ -209,6 +230,21 @@ impl Setup {
         });
         Ok(sensors.collect())
     }
+}
+
+/// Returns what validation makes of a reading; the distance in millimetres stands for the sensor's raw value.
+fn validate(
+    validator: &mut Validator,
+    rules: &ValidationRules,
+    measured: Reading,
+    look: &Look,
+) -> Reading {
+    let raw = match measured {
+        Reading::Echo(distance) => u16::try_from(distance.get()).ok(),
+        Reading::NoObject | Reading::TooNear | Reading::Missing(_) => None,
+    };
+    let validated = validator.validate(rules, measured, raw, look.bearing, look.at);
+    validated.reading
 }
 
 impl Run {

@@ -1,5 +1,6 @@
 //! The placement and sweeps of the sensors, and how their beams are spread over cells.
 
+use certainty_core::certainty::Certainty;
 use certainty_core::fusion::{BeamConfig, BeamModel, Behind};
 use certainty_core::transducer::Sweep;
 use certainty_core::units::{BinaryAngle, Pose};
@@ -139,6 +140,8 @@ pub struct Profile {
     pub spread: f64,
     /// The certainty of cells behind an echo.
     pub behind: Behind,
+    /// The certainty of cells in a beam without an object.
+    pub no_object: Certainty,
 }
 
 impl Default for Profile {
@@ -147,6 +150,7 @@ impl Default for Profile {
         Self {
             spread: 2.0,
             behind: Behind::Uncertain,
+            no_object: Certainty::FREE,
         }
     }
 }
@@ -159,9 +163,10 @@ impl Profile {
         let config = BeamConfig {
             accuracy: U0F16::saturating_from_num(accuracy * self.spread),
             behind: self.behind,
+            no_object: self.no_object.min(Certainty::UNCERTAIN),
             ..*exact.config()
         };
-        BeamModel::try_new(config).unwrap_or(exact) // these two fields are never refused
+        BeamModel::try_new(config).unwrap_or(exact) // these fields are never refused
     }
 }
 

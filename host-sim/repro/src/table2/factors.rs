@@ -3,6 +3,7 @@
 //! The first level of every factor is the primary set-up's. It is what the text suggests, and the reason
 //! names the place; no figure of the evaluation was used to choose it.
 
+use certainty_core::certainty::Certainty;
 use certainty_core::fusion::{Behind, LogOdds, Middle, Strength};
 use certainty_core::units::{Millimeters, Point};
 use certainty_sim::fusion::{FusionRules, Landmarks, Method, Own};
@@ -31,6 +32,10 @@ pub struct EvaluationSetup {
     /// Half of the occupied spread, in standard deviations of the distance.
     pub(super) spread_deviations: f64,
     pub(super) behind: Behind,
+    /// The certainty of cells in a beam without an object.
+    pub(super) no_object: Certainty,
+    /// Whether each sensor's readings are validated.
+    pub(super) validated: bool,
     /// What a measurement is worth to eq. 1. A sensor's own grid that accumulates has p = 0.1 or 0.9.
     pub(super) strongest: Strength,
     pub(super) landmarks: Landmarks,
@@ -125,6 +130,8 @@ impl EvaluationSetup {
         false_distances: (0.5, 1.0),
         spread_deviations: 0.0,
         behind: Behind::Uncertain,
+        no_object: Certainty::FREE,
+        validated: false,
         strongest: NINE_TENTHS,
         landmarks: Landmarks::Bounded,
         own: Own::Accumulated,
@@ -151,7 +158,9 @@ impl EvaluationSetup {
             profile: Profile {
                 spread: self.spread_deviations,
                 behind: self.behind,
+                no_object: self.no_object,
             },
+            validated: self.validated,
             faults: self.fault.iter().flat_map(|spec| spec.parse()).collect(),
             ..Setup::smart_car(world, sensors, steps, seed)
         }
@@ -264,7 +273,7 @@ impl Factor {
 }
 
 /// Everything that the text leaves open, in the order of reports.
-pub const FACTORS: [Factor; 14] = [
+pub const FACTORS: [Factor; 16] = [
     // Directions x sweeps x layouts.
     Factor::new(
         "sweeps",
@@ -434,6 +443,34 @@ pub const FACTORS: [Factor; 14] = [
                 "untouched",
                 "the .5 of Fig. 1(b) may be what cells start with",
                 |s| s.behind = Behind::Untouched,
+            ),
+        ],
+    ),
+    // What the cells of a beam without an object receive.
+    Factor::new(
+        "no_object",
+        &[
+            Level::new(
+                "free",
+                "Fig. 1(b) draws 0 before the obstacle, and no other free",
+                |s| s.no_object = Certainty::FREE,
+            ),
+            Level::new(
+                "weak",
+                "§6.1: \"no object\" is what these sensors get wrong, in 16 to 18 % of all readings",
+                |s| s.no_object = Certainty::from_bits(96),
+            ),
+        ],
+    ),
+    // Whether a sensor's readings are checked before they are fused.
+    Factor::new(
+        "validation",
+        &[
+            Level::new("none", "§6.2 mentions none", |s| s.validated = false),
+            Level::new(
+                "each sensor",
+                "[002] Fig. 1 draws a local validation of each sensor",
+                |s| s.validated = true,
             ),
         ],
     ),
