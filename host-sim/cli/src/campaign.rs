@@ -7,7 +7,7 @@ use super::table::{percent_or_dash, row, table};
 use certainty_repro::campaign::{Campaign, CampaignError, Row, Selection};
 use certainty_repro::{Waits, standard_deviation};
 use certainty_sim::export::{ExportError, OutDir, display_path};
-use certainty_sim::fusion::Rules;
+use certainty_sim::fusion::{FusionRules, Rules};
 use certainty_sim::plot::{Axis, BarChart, BarSeries};
 use clap::Args;
 use serde::Serialize;
@@ -32,6 +32,9 @@ pub(super) struct Arguments {
     /// Rules of the robust method
     #[arg(long, value_name = "RULES", default_value = "shipped", value_parser = named(Rules::ALL, Rules::name))]
     rules: Rules,
+    /// Certainties that the trimmed method drops at each end [default: half of the other sensors]
+    #[arg(long, value_name = "N")]
+    trim: Option<u8>,
     #[command(flatten)]
     jobs: Jobs,
     /// Append every row to this file, after the scenarios that it has
@@ -47,7 +50,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Some(file) => Selection::load(file).map_err(|error| Failure::input(&error))?,
         None => Selection::default(),
     };
-    let rules = arguments.rules.fusion();
+    let rules = FusionRules {
+        trim: arguments.trim,
+        ..arguments.rules.fusion()
+    };
     let campaign = Campaign::new(selection, arguments.common.seed, arguments.seeds, rules);
     arguments.jobs.run(|| match &arguments.csv {
         Some(path) => append(&campaign, path),

@@ -7,7 +7,7 @@ use super::output::{self, Report, progress};
 use super::table::{HealthReport, caveat, counted, row, table};
 use certainty_core::fusion::{Beam, BeamConfig, BeamModel, Behind, Geometry};
 use certainty_core::sensor::SensorId;
-use certainty_core::transducer::Reading;
+use certainty_core::transducer::{Reading, ValidationConfig, ValidationRules};
 use certainty_core::units::{BinaryAngle, Millimeters, Point};
 use certainty_sim::export::{OutDir, display_path, write_grey_png, write_ros_map};
 use certainty_sim::fault::{FaultSpec, Faulty, assign_by_number};
@@ -15,7 +15,7 @@ use certainty_sim::fusion::{FusionRules, HostMapper, Method};
 use certainty_sim::quantity::{self, FieldOfView};
 use certainty_sim::replay::{AngleUnit, LengthUnit, RangeUnit, SkipCount, TimeUnit};
 use certainty_sim::replay::{Format, LoadOptions, RecordedBeam, Recording, ZeroMeans, load};
-use certainty_sim::transducer::{Look, Sensor};
+use certainty_sim::transducer::{Look, Sensor, Validation};
 use clap::{Args, ValueEnum};
 use core::num::{NonZeroU8, NonZeroU32};
 use core::time::Duration;
@@ -83,6 +83,12 @@ pub(super) struct Arguments {
     /// Fusion method
     #[arg(long, value_name = "METHOD", default_value = "robust", value_parser = named(Method::ALL, Method::name))]
     fusion: Method,
+    /// Certainties that the trimmed method drops at each end [default: half of the other sensors]
+    #[arg(long, value_name = "N")]
+    trim: Option<u8>,
+    /// Validate each sensor's readings before they are fused, as [002] Fig. 1 draws it
+    #[arg(long)]
+    validate: bool,
     /// Fault to add to a sensor, such as stuck-far:2; repeatable
     #[arg(long = "fault", value_name = "SPEC")]
     faults: Vec<FaultSpec>,
@@ -181,7 +187,7 @@ enum TimeUnitArgument {
 struct Replay {
     recording: Recording,
     model: BeamModel,
-    sensors: Vec<Faulty<Recorded>>,
+    sensors: Vec<Played>,
     mapper: HostMapper,
 }
 
@@ -267,6 +273,7 @@ impl Arguments {
     /// Checks the options against the recording and prepares the replay.
     fn prepare(&self, recording: Recording) -> Result<Replay, Failure> {
         let geometry = self.geometry(&recording)?;
+        let validation = self.validation()?;
         let model = self.model(recording.beam_width)?;
         let faults = assign_by_number(&self.faults, &recording.names)
             .map_err(|error| Failure::Input(format!("--fault: {error}")))?;
@@ -275,12 +282,18 @@ impl Arguments {
         Ok(Replay {
             mapper: HostMapper::new(
                 self.fusion,
-                &FusionRules::default(),
+                &FusionRules {
+                    trim: self.trim,
+                    ..FusionRules::default()
+                },
                 geometry,
                 recording.sensors,
             ),
             sensors: sensors
-                .map(|(id, faults)| Faulty::new(recorded(), id, faults, self.common.seed))
+                .map(|(id, faults)| Played {
+                    sensor: Faulty::new(recorded(), id, faults, self.common.seed),
+                    validation,
+                })
                 .collect(),
             model,
             recording,
@@ -348,10 +361,31 @@ impl Arguments {
             BeamConfig::cone(self.max_range, half_width)
         };
         BeamModel::try_new(BeamConfig {
+            // Too near is known to the cell at the sensor and the next.
+            nearest: self.cell.min(self.max_range - Millimeters::new(1)),
             behind: Behind::Untouched,
             ..config
         })
         .map_err(|error| Failure::Input(format!("--beam-width or --max-range: {error}")))
+    }
+
+    /// Returns the checks of every sensor's readings, if `--validate` asks for them.
+    fn validation(&self) -> Result<Option<Validation>, Failure> {
+        /// No surroundings give the same millimetre in as many successive directions.
+        const MOST_REPEATS: u16 = 100;
+        if !self.validate {
+            return Ok(None);
+        }
+        let rules = ValidationRules::try_new(ValidationConfig::sweeping(
+            Millimeters::ZERO,
+            self.max_range,
+            0,
+            MOST_REPEATS,
+            0,
+        ));
+        let rules = rules
+            .map_err(|error| Failure::Input(format!("--max-range with --validate: {error}")))?;
+        Ok(Some(Validation::new(rules)))
     }
 }
 
@@ -401,7 +435,8 @@ impl Replay {
 }
 
 /// Adds the reports of a beam's sensor, sound or faulty, in its turn.
-fn sense(sensor: &mut Faulty<Recorded>, beam: &RecordedBeam, ready: &mut Vec<RecordedBeam>) {
+fn sense(played: &mut Played, beam: &RecordedBeam, ready: &mut Vec<RecordedBeam>) {
+    let Played { sensor, validation } = played;
     sensor.inner_mut().reading = beam.reading;
     let look = Look {
         origin: beam.origin,
@@ -409,11 +444,19 @@ fn sense(sensor: &mut Faulty<Recorded>, beam: &RecordedBeam, ready: &mut Vec<Rec
         at: beam.at,
     };
     for _ in 0..sensor.reports_per_turn(beam.at) {
-        ready.push(RecordedBeam {
-            reading: sensor.sense(&look),
-            ..*beam
-        });
+        let measured = sensor.sense(&look);
+        let reading = match validation {
+            Some(validation) => validation.check(measured, &look),
+            None => measured,
+        };
+        ready.push(RecordedBeam { reading, ..*beam });
     }
+}
+
+/// A sensor of the recording, with its faults and the checks of its readings.
+struct Played {
+    sensor: Faulty<Recorded>,
+    validation: Option<Validation>,
 }
 
 /// A sensor that returns the recorded reading.

@@ -9,7 +9,7 @@ use certainty_core::certainty::Certainty;
 use certainty_firmware::smart_car::SWEEP;
 use certainty_sim::export::{OutDir, display_path, write_grey_png};
 use certainty_sim::fault::FaultSpec;
-use certainty_sim::fusion::Method;
+use certainty_sim::fusion::{FusionRules, Method};
 use certainty_sim::quantity::Excerpt;
 use certainty_sim::simulation::{Length, MethodResult, Run, STEP_MS, Setup, SetupError, Truth};
 use certainty_sim::transducer::SensorSet;
@@ -44,6 +44,9 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "METHOD", default_value = "all",
           value_parser = named(FusionArgument::all(), FusionArgument::name))]
     fusion: FusionArgument,
+    /// Certainties that the trimmed method drops at each end [default: half of the other sensors]
+    #[arg(long, value_name = "N")]
+    trim: Option<u8>,
     /// Validate each sensor's readings before they are fused, as [002] Fig. 1 draws it
     #[arg(long)]
     validate: bool,
@@ -92,6 +95,10 @@ impl Arguments {
         Ok(Setup {
             faults: self.faults()?,
             validated: self.validate,
+            fusion: FusionRules {
+                trim: self.trim,
+                ..FusionRules::default()
+            },
             ..Setup::smart_car(Arc::new(world), sensors, length, self.common.seed)
         })
     }

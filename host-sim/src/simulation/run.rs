@@ -6,14 +6,14 @@ use crate::fault::{FaultSpec, Faulty, SpecError, assign};
 use crate::fusion::{FusionRules, HostMapper, Method};
 use crate::replay::RecordedBeam;
 use crate::transducer::{
-    Gp2d02Unit, Look, PerfectSensor, Sensor, SensorModel, SensorSet, SimulatedGp2d02,
+    Gp2d02Unit, Look, PerfectSensor, Sensor, SensorModel, SensorSet, SimulatedGp2d02, Validation,
 };
 use crate::world::World;
 use certainty_core::certainty::Certainty;
 use certainty_core::fusion::{Beam, BeamModel, Shape};
 use certainty_core::health::Health;
 use certainty_core::sensor::SensorId;
-use certainty_core::transducer::{Reading, ValidationConfig, ValidationRules, Validator};
+use certainty_core::transducer::{ValidationConfig, ValidationRules};
 use certainty_core::units::Ticks;
 use certainty_firmware::smart_car::{FARTHEST, NEAREST, SmartCarShape};
 use std::sync::Arc;
@@ -156,8 +156,7 @@ impl Setup {
     fn take_readings(&self) -> Result<Vec<SimulatedReading>, SetupError> {
         let heads = self.sensors.count();
         let mut sensors = self.sensors()?;
-        let rules = self.validation();
-        let mut validators = vec![Validator::new(); sensors.len()];
+        let mut validations = vec![self.validation(); sensors.len()];
         let (steps, most) = match self.length {
             Length::Readings(readings) => (u32::MAX, readings as usize),
             Length::Steps(steps) => (steps, usize::MAX),
@@ -165,8 +164,8 @@ impl Setup {
         let mut readings = Vec::new();
         for step in 0..steps {
             let at = Ticks::new(step.wrapping_mul(STEP_MS));
-            let turns = sensors.iter_mut().zip(&mut validators);
-            for (slot, ((id, sensor), validator)) in (0_u8..).zip(turns) {
+            let turns = sensors.iter_mut().zip(&mut validations);
+            for (slot, ((id, sensor), validation)) in (0_u8..).zip(turns) {
                 let pose = self.layout.look(slot, heads, step);
                 let look = Look {
                     origin: pose.at,
@@ -178,8 +177,8 @@ impl Setup {
                         return Ok(readings);
                     }
                     let measured = sensor.sense(&look);
-                    let reading = match rules {
-                        Some(rules) => validate(validator, &rules, measured, &look),
+                    let reading = match validation {
+                        Some(validation) => validation.check(measured, &look),
                         None => measured,
                     };
                     let beam = RecordedBeam {
@@ -200,12 +199,12 @@ impl Setup {
     }
 
     /// The checks of a sensor's readings: those of the shipped car, with the sweeps of this run.
-    fn validation(&self) -> Option<ValidationRules> {
+    fn validation(&self) -> Option<Validation> {
         let directions = self.layout.directions();
         let sweep_ms = STEP_MS * u32::from(directions);
         let config = ValidationConfig::sweeping(NEAREST, FARTHEST, 0, directions, sweep_ms);
         let rules = ValidationRules::try_new(config).ok();
-        rules.filter(|_| self.validated)
+        rules.filter(|_| self.validated).map(Validation::new)
     }
 
     /// The sensors with their faults, each with the curve of another real unit.
@@ -230,21 +229,6 @@ impl Setup {
         });
         Ok(sensors.collect())
     }
-}
-
-/// Returns what validation makes of a reading; the distance in millimetres stands for the sensor's raw value.
-fn validate(
-    validator: &mut Validator,
-    rules: &ValidationRules,
-    measured: Reading,
-    look: &Look,
-) -> Reading {
-    let raw = match measured {
-        Reading::Echo(distance) => u16::try_from(distance.get()).ok(),
-        Reading::NoObject | Reading::TooNear | Reading::Missing(_) => None,
-    };
-    let validated = validator.validate(rules, measured, raw, look.bearing, look.at);
-    validated.reading
 }
 
 impl Run {

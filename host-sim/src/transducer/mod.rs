@@ -12,7 +12,7 @@ mod unit;
 
 pub use characteristic::{Characteristic, CurveError, CurvePoint, Fit, FitError};
 pub use gp2d02::SimulatedGp2d02;
-pub use sensor::{Look, PerfectSensor, Sensor};
+pub use sensor::{Look, PerfectSensor, Sensor, Validation};
 pub use sensor_model::{CarSensor, SensorModel, SensorModelError, SensorSet, SensorSetError};
 pub use table::{Adc, MeasuredUnit, TableError, TableProblem};
 pub use unit::{GP2D02_UNITS, Gp2d02Unit, UnitsError};

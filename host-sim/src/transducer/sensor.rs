@@ -1,7 +1,7 @@
 //! A range sensor, and the one without errors: the papers' "perfect virtual sensor".
 
 use crate::world::World;
-use certainty_core::transducer::Reading;
+use certainty_core::transducer::{Reading, ValidationRules, Validator};
 use certainty_core::units::{BinaryAngle, Millimeters, Point, Ticks};
 use std::sync::Arc;
 
@@ -42,6 +42,35 @@ impl<S: Sensor + ?Sized> Sensor for Box<S> {
 
     fn reports_per_turn(&self, at: Ticks) -> u32 {
         (**self).reports_per_turn(at)
+    }
+}
+
+/// Local validation (\[002\] Fig. 1) of a sensor whose distance in millimetres stands for its raw value.
+#[derive(Debug, Clone, Copy)]
+pub struct Validation {
+    rules: ValidationRules,
+    validator: Validator,
+}
+
+impl Validation {
+    /// Creates the validation of a sensor without readings yet.
+    #[must_use]
+    pub const fn new(rules: ValidationRules) -> Self {
+        Self {
+            rules,
+            validator: Validator::new(),
+        }
+    }
+
+    /// Returns `measured` as it goes on to the fusion: *missing* if it is implausible.
+    pub fn check(&mut self, measured: Reading, look: &Look) -> Reading {
+        let raw = match measured {
+            Reading::Echo(distance) => u16::try_from(distance.get()).ok(),
+            Reading::NoObject | Reading::TooNear | Reading::Missing(_) => None,
+        };
+        let rules = &self.rules;
+        let checked = (self.validator).validate(rules, measured, raw, look.bearing, look.at);
+        checked.reading
     }
 }
 

@@ -31,7 +31,6 @@ pub struct Campaign {
     scenarios: Vec<Scenario>,
     methods: Vec<&'static str>,
     common: Common,
-    fusion: FusionRules,
 }
 
 /// Why a campaign ended early.
@@ -57,9 +56,9 @@ impl Campaign {
                 seed,
                 worlds,
                 setup: fingerprint(&fusion),
+                fusion,
             },
             selection,
-            fusion,
         }
     }
 
@@ -136,13 +135,13 @@ impl Campaign {
         if !self.selection.methods.contains(&Method::Robust) {
             return Ok(Vec::new());
         }
-        self.in_every_world(|seed| scenario.health_trial(seed, &self.fusion))
+        self.in_every_world(|seed| scenario.health_trial(seed, &self.common.fusion))
     }
 
     fn rows(&self, scenario: &Scenario, health: &[HealthTrial]) -> Result<Vec<Row>, TrialError> {
-        let oracle = scenario.oracle(self.common.seed, &self.fusion)?;
+        let oracle = scenario.oracle(self.common.seed, &self.common.fusion)?;
         let scores = self.in_every_world(|seed| {
-            scenario.scores(seed, &self.selection.methods, &oracle, &self.fusion)
+            scenario.scores(seed, &self.selection.methods, &oracle, &self.common.fusion)
         })?;
         Ok(Row::of(
             scenario,

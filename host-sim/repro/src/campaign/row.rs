@@ -3,6 +3,7 @@
 use super::scenario::Scenario;
 use super::trial::HealthTrial;
 use crate::statistics::{Estimate, Waits};
+use certainty_sim::fusion::{FusionRules, Method};
 use certainty_sim::simulation::Score;
 use serde::Serialize;
 
@@ -27,6 +28,8 @@ pub struct Row {
     pub faulty: u8,
     /// The method, or `oracle`.
     pub method: &'static str,
+    /// The certainties that the trimmed method drops at each end.
+    pub trim: Option<u8>,
     /// The seed of the first world; the others follow it.
     pub seed: u64,
     /// Number of worlds.
@@ -77,17 +80,25 @@ pub(super) struct Common {
     pub(super) seed: u64,
     pub(super) worlds: u64,
     pub(super) setup: String,
+    pub(super) fusion: FusionRules,
+}
+
+impl Common {
+    /// How many certainties `method` drops at each end, if it is the trimmed one.
+    fn trim(&self, sensors: u8, method: &str) -> Option<u8> {
+        (method == Method::Trimmed.name()).then(|| self.fusion.trimmed(sensors))
+    }
 }
 
 impl Row {
     /// The CSV file's first line, without its end.
-    pub const HEADER: &str = "fault,rate,sensors,overlap,sweeps,faulty,method,seed,worlds,setup,\
+    pub const HEADER: &str = "fault,rate,sensors,overlap,sweeps,faulty,method,trim,seed,worlds,setup,\
         mae,mae_ci,mse,mse_ci,missed,missed_ci,ghost,ghost_ci,mae_to_oracle,missed_to_oracle,\
         suspect,suspect_after,failed,failed_after,false_suspect,false_failed,recovered,\
         recovered_after";
 
     /// Number of fields of a line.
-    pub(super) const FIELDS: usize = 28;
+    pub(super) const FIELDS: usize = 29;
 
     /// The fields that identify a line, as they stand at its beginning.
     pub(super) fn key(scenario: &Scenario, method: &str, common: &Common) -> String {
@@ -103,9 +114,12 @@ impl Row {
             seed,
             worlds,
             setup,
+            ..
         } = common;
+        let trim = common.trim(*sensors, method);
+        let trim = trim.map_or_else(String::new, |trim| trim.to_string());
         format!(
-            "{fault},{rate},{sensors},{overlap},{sweeps},{faulty},{method},{seed},{worlds},{setup},"
+            "{fault},{rate},{sensors},{overlap},{sweeps},{faulty},{method},{trim},{seed},{worlds},{setup},"
         )
     }
 
@@ -144,6 +158,7 @@ impl Row {
                 sweeps: scenario.sweeps,
                 faulty: scenario.faulty,
                 method,
+                trim: common.trim(scenario.sensors, method),
                 seed: common.seed,
                 worlds: common.worlds,
                 setup: common.setup.clone(),
@@ -206,6 +221,7 @@ impl Row {
             self.sweeps.to_string(),
             self.faulty.to_string(),
             self.method.to_owned(),
+            count(self.trim.map(u64::from)),
             self.seed.to_string(),
             self.worlds.to_string(),
             self.setup.clone(),
