@@ -53,7 +53,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     arguments.output.check()?;
     let adc = arguments.adc()?;
     let units = arguments.assess()?;
-    let files = draw(&units, &arguments.output.create()?)?;
+    let out = arguments.output.create()?;
+    let files = draw(&units, &out)?;
+    out.finish().map_err(|error| Failure::input(&error))?;
     arguments.output.print(&Calibration {
         arguments,
         adc,

@@ -89,6 +89,8 @@ fn append(campaign: &Campaign, path: &Path) -> Result<(), Failure> {
 
 /// Runs every scenario and prints the rows, or draws and prints their summary.
 fn print(campaign: &Campaign, arguments: &Arguments) -> Result<(), Failure> {
+    let output = &arguments.common.output;
+    let out = (!output.is_json()).then(|| output.create()).transpose()?;
     let scenarios = campaign.scenarios().len();
     let bar = progress("scenarios", scenarios as u64);
     let mut rows = Vec::new();
@@ -101,11 +103,11 @@ fn print(campaign: &Campaign, arguments: &Arguments) -> Result<(), Failure> {
         .map_err(failure)?;
     bar.finish_and_clear();
     let summary = Summary::of(arguments, scenarios, &rows);
-    if !arguments.common.output.is_json() {
-        let out = arguments.common.output.create()?;
-        summary.draw(&out).map_err(|error| Failure::input(&error))?;
+    if let Some(out) = out {
+        let drawn = summary.draw(&out).and_then(|()| out.finish());
+        drawn.map_err(|error| Failure::input(&error))?;
     }
-    arguments.common.output.print(&summary)
+    output.print(&summary)
 }
 
 /// The report as JSON; its fields are a contract.

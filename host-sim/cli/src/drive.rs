@@ -190,11 +190,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         return Err(Failure::Input(line.into()));
     }
     let drive = arguments.drive()?;
-    let outcome = drive.run().map_err(|error| Failure::input(&error))?;
     let out = arguments.common.output.create()?;
+    let outcome = drive.run().map_err(|error| Failure::input(&error))?;
     let written = out.write("drive.csv", |file| write_csv(&outcome, file));
     written.map_err(|error| Failure::input(&error))?;
     draw(&drive, &outcome, &out).map_err(|error| Failure::input(&error))?;
+    out.finish().map_err(|error| Failure::input(&error))?;
     arguments.common.output.print(&Driven {
         out: &arguments.common.output.out,
         drive,

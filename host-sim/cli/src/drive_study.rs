@@ -52,6 +52,7 @@ pub(super) fn run(
     let all = || simulations.iter().chain(&failures);
     let written = out.write("study.csv", |file| write_csv(all(), file));
     let written = written.map_err(|error| Failure::input(&error))?;
+    out.finish().map_err(|error| Failure::input(&error))?;
     let document = Document {
         seed: study.seed,
         worlds: study.worlds,

@@ -65,9 +65,9 @@ impl OutputOptions {
         output::check_listable(self.json.json, &self.out)
     }
 
-    /// Creates the folder.
+    /// Creates and locks the folder; `finish` of it puts the files in place.
     pub(super) fn create(&self) -> Result<OutDir, Failure> {
-        OutDir::create(&self.out).map_err(|error| Failure::input(&error))
+        OutDir::begin(&self.out).map_err(|error| Failure::input(&error))
     }
 
     /// Prints the report as `--json` asks for it.

@@ -74,12 +74,13 @@ struct Evaluation<'a> {
 /// Runs the evaluation and reports.
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     arguments.common.output.check()?;
-    let mut evaluation = evaluate(arguments)?;
     let out = arguments.common.output.create()?;
+    let mut evaluation = evaluate(arguments)?;
     let written = out.write("recovery.csv", |file| write_csv(&evaluation.one, file));
     evaluation.files = vec![written.map_err(|error| Failure::input(&error))?];
     let drawn = draw(&evaluation, &out).map_err(|error| Failure::input(&error))?;
     evaluation.files.extend(drawn);
+    out.finish().map_err(|error| Failure::input(&error))?;
     arguments.common.output.print(&evaluation)
 }
 

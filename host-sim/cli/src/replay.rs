@@ -216,6 +216,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let out = arguments.common.output.create()?;
     let mut replayed = replay.run(arguments)?;
     replayed.files = draw(&replayed.mapper, &out)?;
+    out.finish().map_err(|error| Failure::input(&error))?;
     arguments.common.output.print(&replayed)
 }
 

@@ -277,6 +277,7 @@ fn check(arguments: &Arguments, world: &World) -> Result<(), Failure> {
     without_effect.retain(|fault| !has_effect(fault));
     let out = arguments.common.output.create()?;
     let files = draw(&simulation, &observation, &diagnosis, &out);
+    let files = files.and_then(|files| out.finish().map(|()| files));
     arguments.common.output.print(&Check {
         arguments,
         world,

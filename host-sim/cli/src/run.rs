@@ -135,14 +135,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     image.map_or(Ok(()), |image| {
         no_directory(image, "an image that `cargo firmware` built")
     })?;
+    let out = arguments.common.output.create()?;
     let outcome = backend::run(arguments.on, image, bench, arguments.rounds);
     let (received, ran) = outcome.map_err(|error| failure(arguments, &error))?;
-    let out = arguments.common.output.create()?;
     let map = received.map();
     let mut files = draw(map.as_ref(), &out)?;
     let journey = Journey::new(&received, &ran.ground_truth);
     let drawn = journey.draw(&world, map.as_ref(), &out);
     files.extend(drawn.map_err(|error| Failure::input(&error))?);
+    out.finish().map_err(|error| Failure::input(&error))?;
     arguments.common.output.print(&Outcome {
         arguments,
         world: &world,

@@ -123,12 +123,14 @@ struct Simulation<'a> {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     arguments.common.output.check()?;
     let setup = arguments.setup()?;
+    let out = arguments.common.output.create()?;
     let run = setup
         .run()
         .map_err(|SetupError::Fault(error)| Failure::Input(format!("--fault: {error}")))?;
     let methods = arguments.methods().into_iter();
     let methods: Vec<_> = methods.map(|method| run.fuse(method)).collect();
-    let files = draw(&run, &methods, &arguments.common.output.create()?)?;
+    let files = draw(&run, &methods, &out)?;
+    out.finish().map_err(|error| Failure::input(&error))?;
     arguments.common.output.print(&Simulation {
         arguments,
         run,

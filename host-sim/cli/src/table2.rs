@@ -60,6 +60,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         (evaluation, sensitivity)
     })?;
     let files = write(&evaluation, &out)?;
+    out.finish().map_err(|error| Failure::input(&error))?;
     arguments.common.output.print(&Outcome {
         arguments,
         evaluation,

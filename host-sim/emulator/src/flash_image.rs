@@ -27,7 +27,7 @@ const ERASED: u8 = 0xff;
 /// [`RunError::NotAnImage`], with what is wrong.
 pub(crate) fn flash_image(bytes: &[u8]) -> Result<Vec<u8>, RunError> {
     let bad = |why: &str| RunError::NotAnImage(why.to_owned());
-    let unreadable = |error: object::Error| bad(&error.to_string());
+    let unreadable = |_error: object::Error| bad("its 32-bit ELF headers are damaged or missing");
     let header = elf::FileHeader32::<Endianness>::parse(bytes).map_err(unreadable)?;
     let endian = header.endian().map_err(unreadable)?;
     if endian != Endianness::Little || header.e_machine(endian) != elf::EM_ARM {

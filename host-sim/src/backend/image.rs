@@ -1,7 +1,6 @@
 //! A firmware image: where it is, and how much memory it needs.
 
 use super::outcome::{BackendError, Sizes};
-use core::fmt;
 use object::{Object, ObjectSection, ObjectSymbol, SectionKind};
 use std::env;
 use std::fs::File;
@@ -36,9 +35,9 @@ impl Image {
             path: path.clone(),
             why: error.to_string(),
         };
-        let bad = |why: &dyn fmt::Display| BackendError::BadImage {
+        let bad = |why: &str| BackendError::BadImage {
             path: path.clone(),
-            why: why.to_string(),
+            why: why.to_owned(),
         };
         let mut bytes = Vec::new();
         // One byte more than the limit shows a file that is too long, or an endless device.
@@ -46,16 +45,24 @@ impl Image {
             .and_then(|file| file.take(MOST_BYTES + 1).read_to_end(&mut bytes))
             .map_err(unreadable)?;
         if bytes.len() as u64 > MOST_BYTES {
-            return Err(bad(&"it is over 64 MiB"));
+            return Err(bad("it is over 64 MiB"));
         }
-        let file = object::File::parse(&*bytes).map_err(|error| bad(&error))?;
+        if bytes.is_empty() {
+            return Err(bad("it is empty"));
+        }
+        if !bytes.starts_with(b"\x7fELF") {
+            return Err(bad("it is no ELF file"));
+        }
+        let parsed = object::File::parse(&*bytes);
+        let file = parsed.map_err(|_error| bad("its ELF headers are damaged or cut short"))?;
         let sizes = sizes(&file);
         let symbol = |name| file.symbols().find(|symbol| symbol.name() == Ok(name));
         let (Some(top), Some(bottom)) = (symbol("_stack_start"), symbol("__sheap")) else {
-            return Err(bad(&"it has no stack"));
+            return Err(bad("it has no stack"));
         };
         let stack_room = top.address().saturating_sub(bottom.address());
-        let stack_room = u32::try_from(stack_room).map_err(|error| bad(&error))?;
+        let stack_room = u32::try_from(stack_room);
+        let stack_room = stack_room.map_err(|_error| bad("its stack lies beyond the memory"))?;
         Ok(Self {
             path,
             sizes,

@@ -7,9 +7,13 @@
 mod compare;
 mod files;
 mod map_image;
+mod map_yaml;
+mod pixels;
 mod ros_map;
 
 pub use compare::{CompareError, Comparison, compare};
 pub use files::{ExportError, OutDir, display_path};
 pub use map_image::{CellState, ImageError, MapImage, write_colour_png, write_grey_png};
-pub use ros_map::{MapError, RosMap, RosMapFiles, write_ros_map};
+pub use map_yaml::YamlError;
+pub use pixels::PixelError;
+pub use ros_map::{LoadedMap, MapError, RosMap, RosMapFiles, write_ros_map};

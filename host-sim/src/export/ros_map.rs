@@ -1,12 +1,12 @@
 //! Maps of ROS navigation: an image, and a YAML file with its scale and origin.
 //!
 //! The format is that of ROS `map_server` in its *trinary* mode; the reader also takes the modes
-//! *scale* and *raw*, and images in PNG and BMP.
+//! *scale* and *raw*, and images in PGM, PPM, PBM, PNG, BMP, JPEG and GIF.
 
-use super::files::{ExportError, OutDir, display_path, one_line};
-use super::map_image::{CellState, MapImage, PixelError, Pixels};
-use serde::Deserialize;
-use serde_saphyr::{DuplicateKeyPolicy, Spanned, from_str_with_options, options};
+use super::files::{ExportError, OutDir, display_path};
+use super::map_image::{CellState, MapImage};
+use super::map_yaml::{MapYaml, Mode, YamlError};
+use super::pixels::{PixelError, Pixels, UNKNOWN_PIXEL, is_image};
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
@@ -26,57 +26,135 @@ pub struct RosMap {
     height: u32,
     resolution_m: f64,
     origin_m: [f64; 2],
+    yaw_rad: f64,
     states: Vec<CellState>,
 }
 
+/// A map as it was read, with what was assumed, skipped or read otherwise than usual.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LoadedMap {
+    /// The map.
+    pub map: RosMap,
+    /// What a user should know about the reading, a line each that begins with the file.
+    pub notes: Vec<String>,
+}
+
 impl RosMap {
-    /// Loads the map that the YAML file at `path` describes.
+    /// Loads the map that the YAML file at `path` describes; its image is relative to that file.
     ///
-    /// A cell's probability is that of `map_server`: (255 − pixel)/255, or pixel/255 if negated;
-    /// above `occupied_thresh` it is occupied, below `free_thresh` free, else unknown.
-    /// Differs from `map_server` in one point: the pixel 205 of a trinary map is unknown for every
-    /// `free_thresh`. Writers use it for *unknown*, and the common `free_thresh: 0.25` would make all
-    /// unexplored space free.
+    /// A cell's probability is that of navigation2's `map_server`: 1 − pixel/255, or pixel/255 if
+    /// negated; up to `free_thresh` it is free, else from `occupied_thresh` on occupied, else unknown.
+    /// Pixels that are not opaque are unknown, unless the mode is *raw*.
+    /// Differs from `map_server` in two points. The pixel 205 of a trinary map is unknown for every
+    /// `free_thresh`: writers use it for *unknown*, and the common `free_thresh: 0.25` would make all
+    /// unexplored space free. In the mode *raw* the thresholds apply to the percentage.
     ///
     /// # Errors
     /// If a file cannot be read or is not such a map: see [`MapError`].
-    pub fn load(path: &Path) -> Result<Self, MapError> {
-        let bytes = read_bounded(path, LARGEST_YAML)?;
-        let yaml = MapYaml::parse(&bytes).map_err(|(line, source)| MapError::Yaml {
-            path: path.into(),
-            line,
-            source,
-        })?;
-        let image = match path.parent() {
-            Some(folder) => folder.join(&yaml.image),
-            None => yaml.image.clone().into(),
-        };
-        let bytes = read_bounded(&image, LARGEST_IMAGE)?;
-        Self::from_parts(&yaml, &bytes).map_err(|source| MapError::Image {
-            path: image,
-            source,
-        })
+    pub fn load(path: &Path) -> Result<LoadedMap, MapError> {
+        let file = File::open(path).map_err(|source| open_error(path, source))?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        Self::read(file, path, folder)
     }
 
-    /// Puts a map together from its description and the bytes of its image.
-    fn from_parts(yaml: &MapYaml, image: &[u8]) -> Result<Self, PixelError> {
-        let Pixels {
-            width,
-            height,
-            pixels,
-        } = Pixels::decode(image)?;
-        let states = pixels
-            .iter()
-            .map(|&(grey, alpha)| state_of(yaml, grey, alpha));
+    /// Reads a map's YAML from `yaml`, such as stdin, and then its image, which is relative to `folder`;
+    /// errors and notes name the YAML `name`.
+    ///
+    /// # Errors
+    /// As [`Self::load`].
+    pub fn read(yaml: impl Read, name: &Path, folder: &Path) -> Result<LoadedMap, MapError> {
+        let mut bytes = Vec::new();
+        let mut yaml = yaml.take(LARGEST_YAML + 1);
+        yaml.read_to_end(&mut bytes)
+            .map_err(|source| open_error(name, source))?;
+        if is_image(&bytes) {
+            return Err(MapError::IsImage { path: name.into() });
+        }
+        check_size(name, &bytes, LARGEST_YAML)?;
+        let yaml = parse(&bytes, name)?;
+        let image = folder.join(&yaml.image);
+        let file = File::open(&image).map_err(|source| open_error(&image, source))?;
+        let mut bytes = Vec::new();
+        let mut file = file.take(LARGEST_IMAGE + 1);
+        file.read_to_end(&mut bytes)
+            .map_err(|source| open_error(&image, source))?;
+        check_size(&image, &bytes, LARGEST_IMAGE)?;
+        Self::from_parts(&yaml, name, &bytes, &image)
+    }
+
+    /// Creates a map from the bytes of its YAML and of its image.
+    ///
+    /// # Errors
+    /// As [`Self::load`].
+    ///
+    /// # Examples
+    /// ```
+    /// use certainty_sim::export::{CellState, RosMap};
+    ///
+    /// let yaml = b"image: m.pgm\nresolution: 0.1\norigin: [0, 0, 0]\nnegate: no\n";
+    /// let loaded = RosMap::from_bytes(yaml, b"P2 2 1 255 0 254")?;
+    /// assert_eq!(loaded.map.states(), [CellState::Occupied, CellState::Free]);
+    /// assert!(loaded.notes[0].contains("`occupied_thresh: 0.65`"));
+    /// # Ok::<(), certainty_sim::export::MapError>(())
+    /// ```
+    pub fn from_bytes(yaml: &[u8], image: &[u8]) -> Result<LoadedMap, MapError> {
+        let name = Path::new("map.yaml");
+        let yaml = parse(yaml, name)?;
+        let image_name = Path::new(&yaml.image);
+        Self::from_parts(&yaml, name, image, image_name)
+    }
+
+    /// Puts a map together from its description and the bytes of its image, with their names.
+    fn from_parts(
+        yaml: &MapYaml,
+        name: &Path,
+        image: &[u8],
+        image_name: &Path,
+    ) -> Result<LoadedMap, MapError> {
+        let found = Pixels::decode(image).map_err(|source| MapError::Image {
+            path: image_name.into(),
+            source,
+        })?;
+        let Pixels { width, height, .. } = found;
+        let mut kept_unknown = 0_u64;
+        let states = found.pixels.iter().map(|&(grey, alpha)| {
+            let by_thresholds = state_of(yaml, grey, alpha);
+            let marked = yaml.mode == Mode::Trinary && !yaml.negate && grey == found.unknown_grey;
+            if marked && by_thresholds.is_known() {
+                kept_unknown += 1;
+                return CellState::Unknown;
+            }
+            by_thresholds
+        });
         let mut states: Vec<CellState> = states.collect();
         turn_upside_down(&mut states, width as usize);
-        Ok(Self {
+        let (name, image_name) = (display_path(name), display_path(image_name));
+        let mut notes: Vec<String> = yaml
+            .notes
+            .iter()
+            .map(|note| format!("{name}: {note}"))
+            .collect();
+        if kept_unknown > 0 {
+            notes.push(format!(
+                "{name}: {kept_unknown} pixels of {UNKNOWN_PIXEL}, which is written for unknown, stay \
+                 unknown, unlike in map_server"
+            ));
+        }
+        notes.extend(
+            found
+                .notes
+                .iter()
+                .map(|note| format!("{image_name}: {note}")),
+        );
+        let map = Self {
             width,
             height,
             resolution_m: yaml.resolution_m,
             origin_m: yaml.origin_m,
+            yaw_rad: yaml.yaw_rad,
             states,
-        })
+        };
+        Ok(LoadedMap { map, notes })
     }
 
     /// Converts a [`MapImage`] to three states.
@@ -87,6 +165,7 @@ impl RosMap {
             height: map.height(),
             resolution_m: f64::from(map.cell_mm()) / 1000.0,
             origin_m: [map.origin().x_mm(), map.origin().y_mm()].map(|mm| f64::from(mm) / 1000.0),
+            yaw_rad: 0.0,
             states: map
                 .cells()
                 .iter()
@@ -119,6 +198,13 @@ impl RosMap {
         self.origin_m
     }
 
+    /// Returns the angle by which the map is turned about its lower left corner, counter-clockwise, above
+    /// −π and up to π.
+    #[must_use]
+    pub const fn yaw_rad(&self) -> f64 {
+        self.yaw_rad
+    }
+
     /// Returns the cells, row by row from the lowest y, each from the lowest x.
     #[must_use]
     pub fn states(&self) -> &[CellState] {
@@ -135,22 +221,23 @@ impl RosMap {
     }
 }
 
-/// The state of a pixel with its alpha.
+/// The state of a pixel with its alpha, by the thresholds alone.
+///
+/// In single precision, as navigation2 computes it: of two thresholds that a pixel meets exactly the
+/// same one decides.
 fn state_of(yaml: &MapYaml, grey: u8, alpha: u8) -> CellState {
+    let part = f32::from(grey) / 255.0;
     let probability = match yaml.mode {
-        Mode::Trinary if grey == UNKNOWN_PIXEL && !yaml.negate => return CellState::Unknown,
-        Mode::Scale if alpha < u8::MAX => return CellState::Unknown,
+        Mode::Trinary | Mode::Scale if alpha < u8::MAX => return CellState::Unknown,
+        Mode::Trinary | Mode::Scale if yaml.negate => part,
+        Mode::Trinary | Mode::Scale => 1.0 - part,
         Mode::Raw if grey > 100 => return CellState::Unknown,
-        Mode::Raw => f64::from(grey) / 100.0,
-        Mode::Trinary | Mode::Scale => {
-            let dark = if yaml.negate { grey } else { u8::MAX - grey };
-            f64::from(dark) / 255.0
-        }
+        Mode::Raw => f32::from(grey) / 100.0,
     };
-    if probability > yaml.occupied_thresh {
-        CellState::Occupied
-    } else if probability < yaml.free_thresh {
+    if probability <= yaml.free_thresh as f32 {
         CellState::Free
+    } else if probability >= yaml.occupied_thresh as f32 {
+        CellState::Occupied
     } else {
         CellState::Unknown
     }
@@ -165,22 +252,29 @@ fn turn_upside_down(states: &mut [CellState], width: usize) {
     }
 }
 
-/// Reads a file of at most `limit` bytes.
-fn read_bounded(path: &Path, limit: u64) -> Result<Vec<u8>, MapError> {
-    let open = |source: io::Error| MapError::Open {
+fn parse(bytes: &[u8], name: &Path) -> Result<MapYaml, MapError> {
+    MapYaml::parse(bytes).map_err(|(line, source)| MapError::Yaml {
+        path: name.into(),
+        line,
+        source,
+    })
+}
+
+fn open_error(path: &Path, source: io::Error) -> MapError {
+    MapError::Open {
         path: path.into(),
         source,
-    };
-    let file = File::open(path).map_err(open)?;
-    let mut bytes = Vec::new();
-    file.take(limit + 1).read_to_end(&mut bytes).map_err(open)?;
+    }
+}
+
+fn check_size(path: &Path, bytes: &[u8], limit: u64) -> Result<(), MapError> {
     if bytes.len() as u64 > limit {
         return Err(MapError::TooLarge {
             path: path.into(),
             limit,
         });
     }
-    Ok(bytes)
+    Ok(())
 }
 
 /// Why a map cannot be loaded; each reads as one line that says what to do.
@@ -205,6 +299,16 @@ pub enum MapError {
         /// The limit in bytes.
         limit: u64,
     },
+    /// An image was given in place of the YAML file.
+    #[error(
+        "{}: is an image; give the .yaml that names it and has its resolution and origin{}",
+        display_path(.path),
+        beside(.path)
+    )]
+    IsImage {
+        /// The file.
+        path: PathBuf,
+    },
     /// The YAML file does not describe a map.
     #[error("{}:{line}: {source}", display_path(.path))]
     Yaml {
@@ -225,180 +329,15 @@ pub enum MapError {
     },
 }
 
-/// What is wrong with a map's YAML file.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum YamlError {
-    /// It is not UTF-8.
-    #[error("is not text; name the map's .yaml, not its image")]
-    NotText,
-    /// It is not YAML, or a value is of another kind; with the parser's message.
-    #[error("is not a map description ({0}); correct it")]
-    Syntax(String),
-    /// It has no keys.
-    #[error("is not a map description; write `key: value` lines, starting with `image:`")]
-    NotKeys,
-    /// A key is missing.
-    #[error("`{0}` is missing; add it")]
-    Missing(&'static str),
-    /// A key's value is not what it must be.
-    #[error("`{key}` must be {expected}; correct it")]
-    Value {
-        /// The key.
-        key: &'static str,
-        /// What its value must be.
-        expected: &'static str,
-    },
-}
-
-/// How pixels become probabilities.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Mode {
-    /// By brightness, into three states.
-    Trinary,
-    /// By brightness; transparent pixels are unknown.
-    Scale,
-    /// A pixel is a percentage; above 100 it is unknown.
-    Raw,
-}
-
-/// A map's description.
-///
-/// Possession proves that the resolution is positive, all numbers are finite, and the free
-/// threshold is below the occupied one.
-#[derive(Debug, Clone, PartialEq)]
-struct MapYaml {
-    image: String,
-    resolution_m: f64,
-    origin_m: [f64; 2],
-    negate: bool,
-    occupied_thresh: f64,
-    free_thresh: f64,
-    mode: Mode,
-}
-
-/// The keys that are read, each value as it is written, with its line; others are ignored.
-#[derive(Debug, Deserialize)]
-struct Keys {
-    image: Scalar,
-    resolution: Scalar,
-    origin: Option<Spanned<Vec<String>>>,
-    negate: Scalar,
-    occupied_thresh: Scalar,
-    free_thresh: Scalar,
-    mode: Scalar,
-}
-
-type Scalar = Option<Spanned<String>>;
-
-type Parsed<T> = Result<T, (u64, YamlError)>;
-
-impl MapYaml {
-    /// Parses the file's bytes; an error comes with its line.
-    ///
-    /// Default thresholds are 0.65 and 0.196, the default negation is 0, the default mode trinary.
-    fn parse(bytes: &[u8]) -> Parsed<Self> {
-        let text = str::from_utf8(bytes).map_err(|_| (1, YamlError::NotText))?;
-        let text = text.strip_prefix('\u{FEFF}').unwrap_or(text);
-        // Nothing but blanks and comments is no mapping.
-        let mut lines = text.lines().map(str::trim);
-        if lines.all(|line| line.is_empty() || line.starts_with('#')) {
-            return Err((1, YamlError::NotKeys));
-        }
-        let options = options! { duplicate_keys: DuplicateKeyPolicy::LastWins };
-        let keys: Keys = from_str_with_options(text, options).map_err(|error| {
-            let line = error.location().map_or(1, |at| at.line());
-            let message = one_line(error.without_snippet().to_string());
-            (line.max(1), YamlError::Syntax(message))
-        })?;
-        let (line, image) = scalar(&keys.image, "image")?;
-        if image.is_empty() || image.contains('\0') {
-            return Err(wrong(line, "image", "a file name"));
-        }
-        let thresh = |value: &Scalar, key, default| match value {
-            Some(_) => number(value, key, "a probability from 0 to 1", |p| {
-                (0.0..=1.0).contains(&p)
-            }),
-            None => Ok((1, default)),
-        };
-        let (_, occupied_thresh) = thresh(&keys.occupied_thresh, "occupied_thresh", 0.65)?;
-        let (line, free_thresh) = thresh(&keys.free_thresh, "free_thresh", 0.196)?;
-        if free_thresh >= occupied_thresh {
-            return Err(wrong(line, "free_thresh", "below `occupied_thresh`"));
-        }
-        let resolution = number(
-            &keys.resolution,
-            "resolution",
-            "metres a cell, above 0",
-            |m| m > 0.0,
-        );
-        Ok(Self {
-            image: image.to_owned(),
-            resolution_m: resolution?.1,
-            origin_m: origin(keys.origin.as_ref())?,
-            negate: match &keys.negate {
-                None => false,
-                Some(value) => match value.value.as_str() {
-                    "0" | "false" => false,
-                    "1" | "true" => true,
-                    _ => return Err(wrong(value.referenced.line(), "negate", "0 or 1")),
-                },
-            },
-            occupied_thresh,
-            free_thresh,
-            mode: match &keys.mode {
-                None => Mode::Trinary,
-                Some(value) => match value.value.as_str() {
-                    "trinary" => Mode::Trinary,
-                    "scale" => Mode::Scale,
-                    "raw" => Mode::Raw,
-                    _ => {
-                        let line = value.referenced.line();
-                        return Err(wrong(line, "mode", "trinary, scale or raw"));
-                    }
-                },
-            },
-        })
+/// The YAML file beside an image, if there is one of that name.
+fn beside(image: &Path) -> String {
+    let yaml = image.with_extension("yaml");
+    if yaml.is_file() {
+        format!(", {}", display_path(&yaml))
+    } else {
+        String::new()
     }
 }
-
-const fn wrong(line: u64, key: &'static str, expected: &'static str) -> (u64, YamlError) {
-    (line, YamlError::Value { key, expected })
-}
-
-fn scalar<'a>(value: &'a Scalar, key: &'static str) -> Parsed<(u64, &'a str)> {
-    let value = value.as_ref().ok_or((1, YamlError::Missing(key)))?;
-    Ok((value.referenced.line(), &value.value))
-}
-
-fn number(
-    value: &Scalar,
-    key: &'static str,
-    expected: &'static str,
-    fits: impl Fn(f64) -> bool,
-) -> Parsed<(u64, f64)> {
-    let (line, text) = scalar(value, key)?;
-    let number = finite(text).filter(|&number| fits(number));
-    Ok((line, number.ok_or(wrong(line, key, expected))?))
-}
-
-fn origin(value: Option<&Spanned<Vec<String>>>) -> Parsed<[f64; 2]> {
-    let key = "origin";
-    let value = value.ok_or((1, YamlError::Missing(key)))?;
-    let line = value.referenced.line();
-    let numbers: Option<Vec<f64>> = value.value.iter().map(|text| finite(text)).collect();
-    match numbers.as_deref() {
-        Some(&[x, y] | &[x, y, 0.0]) => Ok([x, y]),
-        Some(&[_, _, _]) => Err(wrong(line, key, "without rotation: [x, y, 0.0]")),
-        _ => Err(wrong(line, key, "numbers: [x, y, yaw]")),
-    }
-}
-
-fn finite(text: &str) -> Option<f64> {
-    text.parse().ok().filter(|number: &f64| number.is_finite())
-}
-
-/// The pixel of trinary maps that means *unknown*.
-const UNKNOWN_PIXEL: u8 = 205;
 
 /// The two files of a map.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -427,7 +366,7 @@ pub struct RosMapFiles {
 /// let map = MapImage::try_new(3, 1, &cells, 100, Point::from_mm(-1500, 0)).unwrap();
 /// let folder = tempfile::tempdir().unwrap();
 /// let files = write_ros_map(&OutDir::create(folder.path())?, "room", &map)?;
-/// assert_eq!(RosMap::load(&files.yaml).unwrap(), RosMap::from_image(&map));
+/// assert_eq!(RosMap::load(&files.yaml).unwrap().map, RosMap::from_image(&map));
 /// # Ok::<(), certainty_sim::export::ExportError>(())
 /// ```
 pub fn write_ros_map(
@@ -500,144 +439,20 @@ mod tests {
     use proptest::prelude::*;
     use std::fs;
 
-    const WHOLE: &str = "image: map.pgm\nresolution: 0.05\norigin: [-1.5, 2, 0.0]\nnegate: 0\n\
-                         occupied_thresh: 0.65\nfree_thresh: 0.196\n";
-
-    fn yaml_message(text: &str) -> String {
-        let (line, error) = MapYaml::parse(text.as_bytes()).unwrap_err();
-        format!("{line}: {error}")
-    }
-
-    #[test]
-    fn map_saver_description_is_read() {
-        let expected = MapYaml {
-            image: "map.pgm".to_owned(),
-            resolution_m: 0.05,
-            origin_m: [-1.5, 2.0],
-            negate: false,
-            occupied_thresh: 0.65,
-            free_thresh: 0.196,
-            mode: Mode::Trinary,
-        };
-        assert_eq!(MapYaml::parse(WHOLE.as_bytes()).unwrap(), expected);
-        let block = WHOLE.replace(" [-1.5, 2, 0.0]", "\n  - -1.5\n  - 2\n  - 0.0");
-        assert_eq!(MapYaml::parse(block.as_bytes()).unwrap(), expected);
-        let short = "{image: 'map.pgm', resolution: 5e-2, origin: [-1.5, 2.0]}";
-        assert_eq!(MapYaml::parse(short.as_bytes()).unwrap(), expected);
-        let twice = format!("resolution: 7\n{WHOLE}");
-        assert_eq!(MapYaml::parse(twice.as_bytes()).unwrap(), expected);
-    }
-
-    #[test]
-    fn unknown_keys_are_ignored_however_nested() {
-        let more =
-            format!("{WHOLE}mode: raw\nnotes: {{a: [1, {{b: c}}], origin: [9, 9, 0]}}\nx: &y 1\n");
-        let yaml = MapYaml::parse(more.as_bytes()).unwrap();
-        assert_eq!((yaml.mode, yaml.origin_m), (Mode::Raw, [-1.5, 2.0]));
-    }
-
-    #[test]
-    fn wrong_value_is_named_with_its_line() {
-        for (from, to, expected) in [
-            ("image: map.pgm\n", "", "1: `image` is missing; add it"),
-            (
-                "0.05",
-                "0",
-                "2: `resolution` must be metres a cell, above 0; correct it",
-            ),
-            (
-                "0.05",
-                "nan",
-                "2: `resolution` must be metres a cell, above 0; correct it",
-            ),
-            (
-                "2, 0.0",
-                "2, 1.57",
-                "3: `origin` must be without rotation: [x, y, 0.0]; correct it",
-            ),
-            (
-                "-1.5, 2, 0.0",
-                "1",
-                "3: `origin` must be numbers: [x, y, yaw]; correct it",
-            ),
-            (
-                "negate: 0",
-                "negate: maybe",
-                "4: `negate` must be 0 or 1; correct it",
-            ),
-            (
-                "0.65",
-                "1.5",
-                "5: `occupied_thresh` must be a probability from 0 to 1; correct it",
-            ),
-            (
-                "0.196",
-                "0.7",
-                "6: `free_thresh` must be below `occupied_thresh`; correct it",
-            ),
-        ] {
-            assert_eq!(
-                yaml_message(&WHOLE.replace(from, to)),
-                expected,
-                "{from:?} -> {to:?}"
-            );
-        }
-        // A value of another kind is reported by the parser.
-        for (from, to, line) in [("0.05", "[0.05]", "2"), ("2, 0.0", "[2], 0.0", "3")] {
-            let message = yaml_message(&WHOLE.replace(from, to));
-            assert!(message.starts_with(&format!("{line}: ")), "{message}");
-            assert_eq!(message.lines().count(), 1, "{message}");
-        }
-    }
-
-    #[test]
-    fn other_text_is_refused_in_one_line() {
-        for text in ["", "\n", "# only a note\n"] {
-            assert!(
-                yaml_message(text).ends_with("starting with `image:`"),
-                "{text:?}"
-            );
-        }
-        for text in [
-            "just words",
-            "- image: map.pgm\n",
-            "? [a]\n: b\n",
-            "image: \"map",
-        ] {
-            let message = yaml_message(text);
-            assert!(message.contains("is not a map description ("), "{message}");
-            assert_eq!(message.lines().count(), 1, "{message}");
-        }
-        assert_eq!(
-            MapYaml::parse(b"image: \xff").unwrap_err().1,
-            YamlError::NotText
-        );
-    }
-
-    #[test]
-    fn no_nesting_overflows_the_stack() {
-        for nest in ["[", "{a: ", "- ", "? ", "a:\n "] {
-            let deep = nest.repeat((1 << 16) / nest.len());
-            assert!(MapYaml::parse(deep.as_bytes()).is_err());
-            let deep = format!("image: map.pgm\nx: {deep}");
-            assert!(MapYaml::parse(deep.as_bytes()).is_err());
-        }
-    }
-
     const FREE: CellState = CellState::Free;
     const UNKNOWN: CellState = CellState::Unknown;
     const OCCUPIED: CellState = CellState::Occupied;
 
-    fn yaml(more: &str) -> MapYaml {
+    fn loaded(more: &str, image: &[u8]) -> LoadedMap {
         let text = format!("image: m.pgm\nresolution: 0.1\norigin: [0, 0, 0]\n{more}");
-        MapYaml::parse(text.as_bytes()).unwrap()
+        RosMap::from_bytes(text.as_bytes(), image).unwrap()
     }
 
     /// The states that pixels have in a map one row high.
     fn states(more: &str, pixels: &[u8]) -> Vec<CellState> {
         let mut image = format!("P5\n{} 1\n255\n", pixels.len()).into_bytes();
         image.extend_from_slice(pixels);
-        RosMap::from_parts(&yaml(more), &image).unwrap().states
+        loaded(more, &image).map.states
     }
 
     #[test]
@@ -655,7 +470,7 @@ mod tests {
             "image: hall.pgm\nresolution: 0.05\norigin: [-12.3, 0.004, 0.0]\nnegate: 0\n\
              occupied_thresh: 0.65\nfree_thresh: 0.196\n"
         );
-        let map = RosMap::load(&files.yaml).unwrap();
+        let map = RosMap::load(&files.yaml).unwrap().map;
         assert_eq!(
             map.states(),
             [FREE, FREE, UNKNOWN, UNKNOWN, UNKNOWN, OCCUPIED]
@@ -684,7 +499,7 @@ mod tests {
             let map = MapImage::try_new(8, height.into(), &cells, 100, Point::ORIGIN).unwrap();
             let folder = tempfile::tempdir().unwrap();
             let files = write_ros_map(&OutDir::create(folder.path()).unwrap(), "m", &map).unwrap();
-            let back = RosMap::load(&files.yaml).unwrap();
+            let back = RosMap::load(&files.yaml).unwrap().map;
             assert_eq!(back, RosMap::from_image(&map), "{height} rows");
         }
     }
@@ -707,7 +522,7 @@ mod tests {
         ] {
             let files = write_ros_map(&out, name, &map).unwrap();
             assert_eq!(
-                RosMap::load(&files.yaml).unwrap(),
+                RosMap::load(&files.yaml).unwrap().map,
                 RosMap::from_image(&map),
                 "{name}"
             );
@@ -725,7 +540,7 @@ mod tests {
             .unwrap();
         let text = b"image: m.png\nresolution: 0.1\norigin: [0, 0, 0]\n";
         let path = out.write_bytes("m.yaml", text).unwrap();
-        assert_eq!(RosMap::load(&path).unwrap(), RosMap::from_image(&map));
+        assert_eq!(RosMap::load(&path).unwrap().map, RosMap::from_image(&map));
     }
 
     #[test]
@@ -740,17 +555,114 @@ mod tests {
     #[test]
     fn modes_and_negation_are_those_of_map_server() {
         assert_eq!(
-            states("negate: 1", &[0, 50, 255]),
-            [FREE, UNKNOWN, OCCUPIED]
+            states("negate: 1", &[0, 50, 205, 255]),
+            [FREE, UNKNOWN, OCCUPIED, OCCUPIED]
         );
-        let raw = [0, 19, 20, 65, 66, 100, 101, 255];
+        let raw = [0, 19, 20, 64, 65, 66, 100, 101, 255];
         let expected = [
-            FREE, FREE, UNKNOWN, UNKNOWN, OCCUPIED, OCCUPIED, UNKNOWN, UNKNOWN,
+            FREE, FREE, UNKNOWN, UNKNOWN, OCCUPIED, OCCUPIED, OCCUPIED, UNKNOWN, UNKNOWN,
         ];
         assert_eq!(states("mode: raw", &raw), expected);
-        let scale = yaml("mode: scale");
-        assert_eq!(state_of(&scale, 255, 255), FREE);
-        assert_eq!(state_of(&scale, 255, 254), UNKNOWN);
+        assert_eq!(
+            states("mode: scale\nfree_thresh: 0.25", &[255, 205, 100, 0]),
+            [FREE, FREE, UNKNOWN, OCCUPIED]
+        );
+    }
+
+    #[test]
+    fn pixels_on_a_threshold_meet_it() {
+        // 51 of 255 is 0.2, in single precision too.
+        let more = "free_thresh: 0.2\noccupied_thresh: 0.8";
+        assert_eq!(
+            states(more, &[203, 204, 52, 51]),
+            [UNKNOWN, FREE, UNKNOWN, OCCUPIED]
+        );
+        let more = "free_thresh: 0\noccupied_thresh: 1";
+        assert_eq!(
+            states(more, &[255, 254, 1, 0]),
+            [FREE, UNKNOWN, UNKNOWN, OCCUPIED]
+        );
+        // Free where both are met: 102 of 255 is 0.4.
+        let more = "free_thresh: 0.6\noccupied_thresh: 0.6";
+        assert_eq!(states(more, &[103, 102, 101]), [FREE, FREE, OCCUPIED]);
+        let more = "free_thresh: 0.7\noccupied_thresh: 0.3";
+        assert_eq!(states(more, &[254, 120, 0]), [FREE, FREE, OCCUPIED]);
+        assert_eq!(
+            states("occupied_thresh: 0.1", &[254, 220, 205, 0]),
+            [FREE, FREE, UNKNOWN, OCCUPIED]
+        );
+    }
+
+    #[test]
+    fn transparent_pixels_are_unknown() {
+        let pam = b"P7\nWIDTH 3\nHEIGHT 1\nDEPTH 2\nMAXVAL 255\nTUPLTYPE GRAYSCALE_ALPHA\nENDHDR\n\xFE\xFF\xFE\0\0\xFE";
+        for mode in ["trinary", "scale"] {
+            let map = loaded(&format!("mode: {mode}"), pam).map;
+            assert_eq!(map.states, [FREE, UNKNOWN, UNKNOWN], "{mode}");
+        }
+        assert_eq!(
+            loaded("mode: raw\nnegate: 0", pam).map.states,
+            [UNKNOWN, UNKNOWN, FREE]
+        );
+    }
+
+    #[test]
+    fn notes_name_their_file() {
+        let more = "free_thresh: 0.25\noccupied_thresh: 0.65\nnegate: 0\nx: 1";
+        assert_eq!(
+            loaded(more, b"P2 3 1 255 205 254 205 19 9").notes,
+            [
+                "map.yaml: keys that are not read: `x`",
+                "map.yaml: 2 pixels of 205, which is written for unknown, stay unknown, unlike in map_server",
+                "m.pgm: 4 bytes follow the pixels that the header announces; they are not read",
+            ]
+        );
+        assert!(
+            loaded(
+                "free_thresh: 0.196\noccupied_thresh: 0.65\nnegate: 0",
+                b"P1 1 1 1"
+            )
+            .notes
+            .is_empty()
+        );
+        // The 205 of a file whose largest value is 254.
+        assert_eq!(
+            loaded("", b"P5 2 1 254\n\xCD\xFE").map.states,
+            [UNKNOWN, FREE]
+        );
+    }
+
+    #[test]
+    fn yaml_may_come_from_a_stream() {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("m.pgm"), "P2 1 1 255 0").unwrap();
+        let text = b"image: m.pgm\nresolution: 0.1\norigin: [0, 0, 1.5]\n";
+        let read = |text: &[u8]| RosMap::read(text, Path::new("stdin"), folder.path());
+        let loaded = read(text).unwrap();
+        assert_eq!(
+            (loaded.map.state(0, 0), loaded.map.yaw_rad()),
+            (Some(OCCUPIED), 1.5)
+        );
+        assert!(loaded.notes[0].starts_with("stdin: "));
+        let error = read(b"P5 1 1 255\n\xff").unwrap_err().to_string();
+        assert!(
+            error.starts_with("stdin: is an image; give the .yaml"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn absolute_image_path_is_taken() {
+        let (a, b) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+        let image = a.path().join("m.pgm");
+        fs::write(&image, "P2 1 1 255 254").unwrap();
+        let text = format!(
+            "image: {:?}\nresolution: 0.1\norigin: [0, 0, 0]\n",
+            image.display().to_string()
+        );
+        let yaml = b.path().join("m.yaml");
+        fs::write(&yaml, text).unwrap();
+        assert_eq!(RosMap::load(&yaml).unwrap().map.states, [FREE]);
     }
 
     #[test]
@@ -773,11 +685,21 @@ mod tests {
         starts(&message("a.yaml"), "gone.pgm", ": cannot be read (");
         fs::write(at("gone.pgm"), "P5 9 9 255\n123").unwrap();
         starts(&message("a.yaml"), "gone.pgm", ": announces 9 x 9 pixels");
-        starts(
-            &message("gone.pgm"),
-            "gone.pgm",
-            ":1: is not a map description",
+        let expected =
+            ": is an image; give the .yaml that names it and has its resolution and origin";
+        starts(&message("gone.pgm"), "gone.pgm", expected);
+        fs::write(at("gone.yaml"), "").unwrap();
+        let given = message("gone.pgm");
+        assert!(
+            given.ends_with(&format!(", {}", at("gone.yaml").display())),
+            "{given}"
         );
+        fs::write(
+            at("large.pgm"),
+            [b"P5 300 300 255\n".as_slice(), &[0; 90_000]].concat(),
+        )
+        .unwrap();
+        starts(&message("large.pgm"), "large.pgm", ": is an image");
         fs::write(at("b.yaml"), "image: [\u{1b}\n\n").unwrap();
         starts(&message("b.yaml"), "b.yaml", ":");
         fs::write(at("c.yaml"), vec![b'#'; 70_000]).unwrap();
@@ -786,39 +708,52 @@ mod tests {
 
     proptest! {
         #[test]
-        fn no_description_panics(bytes: Vec<u8>, text in "[-?:,\\[\\]{}#&*!|>'\"%@` a0\n\t]{0,60}") {
-            let _ = MapYaml::parse(&bytes);
-            let _ = MapYaml::parse(text.as_bytes());
-            let _ = MapYaml::parse(format!("image: m\nresolution: 1\norigin: {text}\n").as_bytes());
-        }
-
-        #[test]
-        fn no_image_panics(
-            kind in 0_usize..5,
+        fn no_map_panics(
+            kind in 0_usize..9,
             header in "[ #0-9\n]{0,20}",
             bytes: Vec<u8>,
-            place: usize,
-            byte: u8,
+            changes: Vec<(usize, u8)>,
+            more in "(mode: (raw|scale)\n)?(negate: [a-z0-9]{1,5}\n)?[ -~]{0,20}",
+            numbers: [f64; 3],
         ) {
-            let image = match kind {
+            let mut image = match kind {
                 0 => bytes,
                 1 => [b"P5", header.as_bytes(), &bytes].concat(),
                 2 => [b"P2", header.as_bytes(), &bytes].concat(),
                 3 => [&b"\x89PNG\r\n\x1a\n"[..], &bytes].concat(),
-                _ => {
-                    let cells = [0, 99, 200, 255, 128, 1].map(Certainty::from_bits);
-                    let map = MapImage::try_new(3, 2, &cells, 100, Point::ORIGIN).unwrap();
-                    let mut file = Vec::new();
-                    write_grey_png(&map, NonZeroU32::MIN, &mut file).unwrap();
-                    let place = place % file.len();
-                    file[place] = byte;
-                    file
-                }
+                4 => [b"P4", header.as_bytes(), &bytes].concat(),
+                kind => picture(kind),
             };
-            if let Ok(map) = RosMap::from_parts(&yaml(""), &image) {
-                let count = u64::from(map.width) * u64::from(map.height);
-                prop_assert_eq!(map.states.len() as u64, count);
+            for (place, byte) in changes {
+                let length = image.len().max(1);
+                if let Some(found) = image.get_mut(place % length) {
+                    *found = byte;
+                }
+            }
+            let yaml = format!("image: m\nresolution: 1\norigin: {numbers:?}\n{more}\n");
+            for yaml in [yaml.as_bytes(), b"{image: m, resolution: 1, origin: [0, 0]}"] {
+                if let Ok(LoadedMap { map, .. }) = RosMap::from_bytes(yaml, &image) {
+                    let count = u64::from(map.width) * u64::from(map.height);
+                    prop_assert_eq!(map.states.len() as u64, count);
+                    prop_assert!(count <= image.len() as u64 * 8 * 1100);
+                }
             }
         }
+    }
+
+    /// A small picture in one of the packed formats.
+    fn picture(kind: usize) -> Vec<u8> {
+        let greys: Vec<u8> = (0..=255).collect();
+        let format = match kind {
+            5 => image::ImageFormat::Png,
+            6 => image::ImageFormat::Bmp,
+            7 => image::ImageFormat::Gif,
+            _ => image::ImageFormat::Jpeg,
+        };
+        let image = image::GrayImage::from_raw(16, 16, greys).unwrap();
+        let image = image::DynamicImage::from(image).to_rgb8();
+        let mut file = io::Cursor::new(Vec::new());
+        image.write_to(&mut file, format).unwrap();
+        file.into_inner()
     }
 }

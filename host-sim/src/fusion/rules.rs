@@ -92,7 +92,8 @@ pub struct FusionRules {
     /// The median of an even number of sensors; the median method.
     pub middle: Middle,
     /// The certainties that are dropped at each end; the trimmed method. None: the most that the number of
-    /// sensors allows. A larger one is limited to that.
+    /// sensors allows, ⌊(n − 1)/2⌋; then a cell that one sensor of an odd number did not see is *uncertain*. A
+    /// larger one is limited to that.
     pub trim: Option<u8>,
     /// The strongest measurement; the Bayes method.
     pub strongest: Strength,

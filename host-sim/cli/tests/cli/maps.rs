@@ -1,8 +1,10 @@
 //! Maps for other programs: the written files by the rules of `map_server`, and `compare`.
 
-use crate::support::{Cell, Map, Place, Room, all_around, certainty, flaser, log, write_drawn};
+use crate::support::{
+    Cell, Map, Place, Room, all_around, certainty, command, flaser, log, write_drawn,
+};
 use certainty_tests::pgm::pgm;
-use certainty_tests::process::Ran;
+use certainty_tests::process::{PATIENCE, Ran, run};
 use serde_json::{Value, json};
 use std::fs;
 use std::path::Path;
@@ -28,8 +30,8 @@ fn map_of_the_l(folder: &Path, options: &str) -> Map {
     Map::read(&folder.join("out"))
 }
 
-/// `map_server`, trinary mode: darkness (255 - pixel) / 255 is occupied above `occupied_thresh`, free below
-/// `free_thresh`, else unknown. Its own writer has the pixels 0, 254 and 205 for these.
+/// `map_server`, trinary mode: darkness (255 - pixel) / 255 is free up to `free_thresh`, occupied from
+/// `occupied_thresh` on, else unknown. Its own writer has the pixels 0, 254 and 205 for these.
 #[test]
 fn a_map_has_the_pixels_of_map_server() {
     for (options, resolution) in [
@@ -124,6 +126,7 @@ fn a_map_agrees_fully_with_itself() {
         "only_a": 0,
         "only_b": 0,
         "misaligned": false,
+        "notes": [],
     });
     assert_eq!(ran.json(), expected);
 }
@@ -183,6 +186,7 @@ fn a_shifted_map_is_compared_in_the_overlap() {
         "only_a": 4,
         "only_b": 4,
         "misaligned": false,
+        "notes": [],
     });
     assert_eq!(document, expected);
 }
@@ -206,13 +210,7 @@ fn maps_without_common_known_cells_have_no_fractions() {
 fn what_cannot_be_compared_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     write_drawn(folder.path(), "a", &A, 0.1, [0.0, 0.0]);
-    write_drawn(folder.path(), "fine", &A, 0.05, [0.0, 0.0]);
     write_drawn(folder.path(), "far", &A, 0.1, [100.0, 0.0]);
-    let line = certainty(folder.path(), "compare a.yaml fine.yaml --json");
-    let line = line.refusal();
-    for word in ["a.yaml", "fine.yaml", "0.1 m", "0.05 m", "resolution"] {
-        assert!(line.contains(word), "no {word} in {line}");
-    }
     let line = certainty(folder.path(), "compare a.yaml far.yaml");
     assert!(line.refusal().contains("no cell in common"), "{line:?}");
 }
@@ -249,4 +247,290 @@ fn a_rewritten_map_compares_equal() {
         (&document["only_a"], &document["only_b"]),
         (&json!(0), &json!(0))
     );
+}
+
+/// Compares the drawn map [`A`] with a map of these files; returns the run.
+fn compare_with(yaml: &str, image_name: &str, image: &[u8]) -> Ran {
+    let folder = tempfile::tempdir().unwrap();
+    write_drawn(folder.path(), "a", &A, 0.1, [-1.0, 2.0]);
+    fs::write(folder.path().join("b.yaml"), yaml).unwrap();
+    fs::write(folder.path().join(image_name), image).unwrap();
+    certainty(folder.path(), "compare a.yaml b.yaml --json")
+}
+
+/// The pixels of [`A`] by a value for each of `#`, `.` and `?`.
+fn pixels_of_a(occupied: &[u8], free: &[u8], unknown: &[u8]) -> Vec<u8> {
+    let cells = A.concat();
+    let pixels = cells.bytes().map(|cell| match cell {
+        b'#' => occupied,
+        b'.' => free,
+        _ => unknown,
+    });
+    pixels.collect::<Vec<_>>().concat()
+}
+
+const USUAL: &str = "image: b.pgm\nresolution: 0.1\norigin: [-1.0, 2.0, 0.0]\nnegate: 0\n\
+                     occupied_thresh: 0.65\nfree_thresh: 0.196\n";
+
+/// Each YAML describes the map A, though it is written otherwise than `map_saver` does; and what its
+/// notes name.
+#[test]
+fn yaml_of_other_writers_is_read() {
+    let image = [&b"P5 5 4 255\n"[..], &pixels_of_a(&[0], &[254], &[205])].concat();
+    let changed = |from: &str, to: &str| USUAL.replace(from, to);
+    for (yaml, noted) in [
+        (changed("negate: 0", "negate: False"), None),
+        (changed("negate: 0", "negate: No"), None),
+        (changed("negate: 0", "mode: Trinary\nnegate: off"), None),
+        (changed("0.0]", "0.0000001]"), None),
+        (changed("0.0]", "6.2831853]"), None),
+        (changed("0.65", "1.0"), None),
+        (
+            changed("free_thresh: 0.196\n", ""),
+            Some("`free_thresh: 0.196`"),
+        ),
+        (
+            changed(
+                "occupied_thresh: 0.65\nfree_thresh: 0.196\n",
+                "occupied_thresh: 0.1\n",
+            ),
+            Some("is not below occupied_thresh 0.1"),
+        ),
+        (
+            changed("0.65", "0.5").replace("0.196", "0.5"),
+            Some("2 pixels of 205"),
+        ),
+        (changed("negate: 0\n", ""), Some("`negate: 0`")),
+        (format!("{USUAL}trinary: false\n"), Some("`mode: scale`")),
+        (format!("{USUAL}width: 5\n"), Some("not read: `width`")),
+    ] {
+        let document = compare_with(&yaml, "b.pgm", &image).json();
+        assert_eq!(document["agreement"], 1.0, "{yaml}");
+        assert_eq!(
+            (&document["only_a"], &document["only_b"]),
+            (&json!(0), &json!(0)),
+            "{yaml}"
+        );
+        let notes = document["notes"].as_array().unwrap();
+        match noted {
+            Some(text) => {
+                let found = notes.iter().filter_map(Value::as_str);
+                let found =
+                    found.filter(|note| note.starts_with("b.yaml: ") && note.contains(text));
+                assert_eq!(found.count(), 1, "{notes:?}");
+            }
+            None => assert!(notes.is_empty(), "{notes:?}"),
+        }
+    }
+}
+
+#[test]
+fn images_of_other_writers_are_read() {
+    let plain = pixels_of_a(b"0 ", b"254 ", b"205 ");
+    let pam = "P7\nWIDTH 5\nHEIGHT 4\nDEPTH 2\nMAXVAL 255\nTUPLTYPE GRAYSCALE_ALPHA\nENDHDR\n";
+    for image in [
+        [&b"P2 5 4 255\n"[..], &plain].concat(),
+        [
+            &b"P5 5 4 65535\n"[..],
+            &pixels_of_a(&[0, 0], &[254, 254], &[205, 205]),
+        ]
+        .concat(),
+        [&b"P5 5 4 254\n"[..], &pixels_of_a(&[0], &[254], &[205])].concat(),
+        [
+            &b"P6 5 4 255\n"[..],
+            &pixels_of_a(&[0; 3], &[254; 3], &[205; 3]),
+        ]
+        .concat(),
+        // White, but transparent.
+        [
+            pam.as_bytes(),
+            &pixels_of_a(&[0, 255], &[255, 255], &[255, 0]),
+        ]
+        .concat(),
+        [&b"P5 5 4 255\n"[..], &pixels_of_a(&[0], &[255], &[128])].concat(),
+        [
+            &b"P5 5 4 255\n"[..],
+            &pixels_of_a(&[0], &[254], &[205]),
+            b"more",
+        ]
+        .concat(),
+    ] {
+        let document = compare_with(USUAL, "b.pgm", &image).json();
+        let head = String::from_utf8_lossy(&image[..12]).into_owned();
+        assert_eq!(document["agreement"], 1.0, "{head}");
+        assert_eq!(
+            (&document["only_a"], &document["only_b"]),
+            (&json!(0), &json!(0)),
+            "{head}"
+        );
+        // 205 of 254 would be free by the thresholds.
+        let noted = image.ends_with(b"more") || image.starts_with(b"P5 5 4 254");
+        assert_eq!(
+            document["notes"].as_array().unwrap().len(),
+            usize::from(noted),
+            "{head}"
+        );
+    }
+}
+
+#[test]
+fn a_turned_map_is_placed() {
+    // A, turned by half a turn, from its upper right corner.
+    let mut pixels = pixels_of_a(&[0], &[254], &[205]);
+    pixels.reverse();
+    let image = [&b"P5 5 4 255\n"[..], &pixels].concat();
+    let yaml = USUAL.replace("[-1.0, 2.0, 0.0]", "[-0.5, 2.4, 3.14159265]");
+    let document = compare_with(&yaml, "b.pgm", &image).json();
+    assert_eq!(
+        (&document["overlap"], &document["agreement"]),
+        (&json!(20), &json!(1.0))
+    );
+    assert_eq!(document["misaligned"], true);
+    let notes = document["notes"].as_array().unwrap();
+    assert!(
+        notes[0]
+            .as_str()
+            .unwrap()
+            .contains("turned by 180.00 degrees"),
+        "{notes:?}"
+    );
+}
+
+#[test]
+fn maps_of_unlike_cells_are_compared_on_the_coarser() {
+    let folder = tempfile::tempdir().unwrap();
+    write_drawn(folder.path(), "a", &A, 0.1, [-1.0, 2.0]);
+    let fine: Vec<String> = A
+        .iter()
+        .flat_map(|row| {
+            let wide: String = row.chars().flat_map(|cell| [cell; 2]).collect();
+            [wide.clone(), wide]
+        })
+        .collect();
+    let fine: Vec<&str> = fine.iter().map(String::as_str).collect();
+    write_drawn(folder.path(), "fine", &fine, 0.05, [-1.0, 2.0]);
+    for (maps, finer) in [("a.yaml fine.yaml", "B"), ("fine.yaml a.yaml", "A")] {
+        let document = certainty(folder.path(), &format!("compare {maps} --json")).json();
+        assert_eq!(
+            (&document["overlap"], &document["known_in_both"]),
+            (&json!(20), &json!(18))
+        );
+        assert_eq!(
+            (&document["agreement"], &document["misaligned"]),
+            (&json!(1.0), &json!(false))
+        );
+        let text = certainty(folder.path(), &format!("compare {maps}")).stdout;
+        let expected = format!("{finer} was resampled from 0.05 to 0.1 m\n");
+        assert!(text.ends_with(&expected), "{text}");
+    }
+}
+
+#[test]
+fn a_yaml_from_stdin_names_images_here() {
+    let folder = tempfile::tempdir().unwrap();
+    write_drawn(folder.path(), "a", &A, 0.1, [-1.0, 2.0]);
+    let mut program = command(folder.path(), ["compare", "-", "a.yaml", "--json"]);
+    program.stdin(fs::File::open(folder.path().join("a.yaml")).unwrap());
+    assert_eq!(run(program, PATIENCE).json()["agreement"], 1.0);
+    let ran = certainty(folder.path(), "compare - -");
+    assert!(ran.refusal().contains("stdin holds one YAML"), "{ran:?}");
+    let ran = certainty(folder.path(), "compare - a.yaml");
+    assert!(ran.refusal().starts_with("certainty: stdin:1: "), "{ran:?}");
+}
+
+#[test]
+fn what_is_no_map_is_named_in_one_line() {
+    let folder = tempfile::tempdir().unwrap();
+    write_drawn(folder.path(), "a", &A, 0.1, [-1.0, 2.0]);
+    let write = |name: &str, bytes: &[u8]| fs::write(folder.path().join(name), bytes).unwrap();
+    let named = |image: &str| format!("image: {image}\nresolution: 0.1\norigin: [0, 0, 0]\n");
+    write("nav2.yaml", b"amcl:\n  ros__parameters:\n    alpha1: 0.2\n");
+    write("none.yaml", named("b.pgm").as_bytes());
+    write("huge.yaml", named("huge.pgm").as_bytes());
+    write("huge.pgm", b"P5 99999 99999 255\n");
+    write("zero.yaml", named("zero.pgm").as_bytes());
+    write("zero.pgm", b"P5 0 0 255\n");
+    write("self.yaml", named("self.yaml").as_bytes());
+    write("cut.yaml", named("cut.pgm").as_bytes());
+    write("cut.pgm", b"P5 5 4 255\n123");
+    for (file, expected) in [
+        (
+            "a.pgm",
+            "a.pgm: is an image; give the .yaml that names it and has its resolution and origin, a.yaml",
+        ),
+        ("nav2.yaml", "nav2.yaml:1: is YAML of something else"),
+        ("none.yaml", "b.pgm: cannot be read"),
+        (
+            "huge.yaml",
+            "huge.pgm: is of 99999 x 99999 pixels, more than a map may have",
+        ),
+        ("zero.yaml", "zero.pgm: has no pixels"),
+        (
+            "self.yaml",
+            "self.yaml: is not PGM, PPM, PBM, PNG, BMP, JPEG or GIF",
+        ),
+        (
+            "cut.yaml",
+            "cut.pgm: announces 5 x 4 pixels but does not hold them",
+        ),
+    ] {
+        let ran = certainty(folder.path(), &format!("compare {file} a.yaml --json"));
+        let line = ran.refusal();
+        assert!(line.contains(expected), "{file}: {line}");
+    }
+}
+
+/// Locks `folder` as a run with `--out` does.
+fn hold(folder: &Path) -> fs::File {
+    let file = fs::File::create(folder.join(".certainty.lock")).unwrap();
+    file.try_lock().unwrap();
+    file
+}
+
+#[test]
+fn a_second_run_into_a_folder_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = all_around(0.0, 0.0)[0];
+    let recording = log(&Room::new(&CORNERS), &[place], flaser);
+    fs::write(folder.path().join("l.log"), recording).unwrap();
+    let out = folder.path().join("out");
+    fs::create_dir(&out).unwrap();
+    let held = hold(&out);
+    for arguments in [
+        "replay l.log",
+        "simulate",
+        "calibrate",
+        "drive",
+        "ring",
+        "recovery",
+    ] {
+        let ran = certainty(folder.path(), arguments);
+        let line = ran.refusal();
+        assert!(
+            line.contains("out: another run writes its files there"),
+            "{line}"
+        );
+    }
+    drop(held);
+    assert_eq!(certainty(folder.path(), "replay l.log").code, Some(0));
+    assert!(!out.join(".certainty.lock").exists());
+}
+
+#[test]
+fn a_set_of_files_is_written_whole_or_not_at_all() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = all_around(0.0, 0.0)[0];
+    let recording = log(&Room::new(&CORNERS), &[place], flaser);
+    fs::write(folder.path().join("l.log"), recording).unwrap();
+    let out = folder.path().join("out");
+    fs::create_dir_all(out.join("map.yaml")).unwrap();
+    fs::write(out.join("map.pgm"), "old").unwrap();
+    let ran = certainty(folder.path(), "replay l.log");
+    let line = ran.refusal();
+    assert!(
+        line.contains("out/map.yaml: is a directory where a file is to be written"),
+        "{line}"
+    );
+    assert_eq!(fs::read(out.join("map.pgm")).unwrap(), b"old");
+    assert_eq!(fs::read_dir(&out).unwrap().count(), 2);
 }
