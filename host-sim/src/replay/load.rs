@@ -1,8 +1,9 @@
 //! Loads a file of any format.
 
 use super::carmen::{self, CarmenLog, ScanOptions};
+use super::layout::{self, CsvOptions};
 use super::line_index::LineIndex;
-use super::readings::{self, CsvError, CsvLog, CsvOptions, HEADER};
+use super::readings::{self, CsvError, CsvLog, HEADER};
 use super::recording::{AngleUnit, LengthUnit, RangeUnit, TimeUnit};
 use super::recording::{Format, RecordedBeam, Recording, ZeroMeans};
 use super::recording::{LineKind, SkipReason, Skipped, SkippedLine, TooManySkipped};
@@ -92,7 +93,7 @@ impl Format {
         for line in start.split(|&byte| byte == b'\n') {
             let line = line.trim_ascii();
             let word = line.split(u8::is_ascii_whitespace).next().unwrap_or(line);
-            let header = str::from_utf8(line).ok().and_then(readings::header_of);
+            let header = str::from_utf8(line).ok().and_then(layout::header_of);
             if header.is_some() {
                 return header;
             }
@@ -433,7 +434,7 @@ fn unknown(text: &Text<'_>) -> LoadError {
     let start = text.start();
     let lines = (1..).zip(start.split(|&byte| byte == b'\n'));
     for (line, bytes) in lines.take(20) {
-        let lacks = str::from_utf8(bytes).ok().and_then(readings::lacking);
+        let lacks = str::from_utf8(bytes).ok().and_then(layout::lacking);
         if let Some(lacks) = lacks {
             return LoadError::Columns { path, line, lacks };
         }

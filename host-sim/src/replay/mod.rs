@@ -9,6 +9,7 @@
 //! lines without beams are between those with.
 
 mod carmen;
+mod layout;
 mod line_index;
 mod load;
 mod readings;
