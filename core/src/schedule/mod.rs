@@ -270,9 +270,9 @@ mod tests {
     }
 
     #[test]
-    fn a_slot_takes_6_bytes_and_a_station_22() {
+    fn a_slot_takes_6_bytes_and_a_station_28() {
         assert_eq!(size_of::<Slot>(), 6);
-        assert_eq!(size_of::<Station>(), 22);
+        assert_eq!(size_of::<Station>(), 28);
     }
 
     #[test]

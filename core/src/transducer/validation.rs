@@ -273,10 +273,9 @@ pub struct Validator {
     remembered_distance: u16,
     counts: FindingCounts,
     bearing: BinaryAngle,
-    /// Successive directions with the value `repeated`.
+    /// Successive directions with what is `repeated`.
     repeats: u16,
-    /// The first of these raw values; [`Self::NEAR`] for *too near*.
-    repeated: u16,
+    repeated: Repeated,
     remembered: Remembered,
 }
 
@@ -290,10 +289,28 @@ enum Remembered {
     TooNear,
 }
 
-impl Validator {
-    /// Stands for *too near*, whatever its raw value.
-    const NEAR: u16 = u16::MAX;
+/// What repeats in successive directions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+enum Repeated {
+    /// The first of nearly equal raw values with an echo.
+    Raw(u16),
+    /// *Too near*, whatever its raw value.
+    Near,
+}
 
+impl Repeated {
+    /// Whether `other` is the same but for `noise`.
+    const fn is(self, other: Self, noise: u16) -> bool {
+        match (self, other) {
+            (Self::Raw(one), Self::Raw(other)) => one.abs_diff(other) <= noise,
+            (Self::Near, Self::Near) => true,
+            (Self::Raw(_), Self::Near) | (Self::Near, Self::Raw(_)) => false,
+        }
+    }
+}
+
+impl Validator {
     /// Creates the validator of a sensor without readings yet.
     #[must_use]
     pub const fn new() -> Self {
@@ -304,7 +321,7 @@ impl Validator {
             counts: FindingCounts::NONE,
             bearing: BinaryAngle::ZERO,
             repeats: 0,
-            repeated: 0,
+            repeated: Repeated::Near,
             remembered: Remembered::Nothing,
         }
     }
@@ -369,12 +386,12 @@ impl Validator {
         bearing: BinaryAngle,
     ) -> u16 {
         let value = match reading {
-            Reading::Echo(_) => raw,
-            Reading::TooNear => Some(Self::NEAR),
+            Reading::Echo(_) => raw.map(Repeated::Raw),
+            Reading::TooNear => Some(Repeated::Near),
             Reading::NoObject | Reading::Missing(_) => None,
         };
         self.repeats = match value {
-            Some(value) if self.repeats > 0 && value.abs_diff(self.repeated) <= noise => {
+            Some(value) if self.repeats > 0 && value.is(self.repeated, noise) => {
                 // Another measurement in the same direction may well give the same value.
                 let turned = bearing != self.bearing;
                 self.repeats.saturating_add(turned.into())
@@ -621,6 +638,23 @@ mod tests {
                 .skip(DIRECTIONS.into())
                 .all(|finding| finding == Finding::StuckAt)
         );
+    }
+
+    #[test]
+    fn no_raw_value_passes_for_too_near() {
+        let mut head = Head::with(ValidationConfig {
+            repeat_noise: u16::MAX,
+            ..CONFIG
+        });
+        for number in 0..100 {
+            let reading = if number % 2 == 0 {
+                Reading::TooNear
+            } else {
+                Reading::Echo(mm(300))
+            };
+            let finding = head.validate(reading, Some(u16::MAX)).finding;
+            assert_ne!(finding, Finding::StuckAt);
+        }
     }
 
     #[test]

@@ -235,7 +235,7 @@ impl Report for Calibration<'_> {
             );
         }
         if self.units.iter().any(|unit| unit.fit().floor() < 0.0) {
-            text += "\nc below 0 is no byte: for the Calibration of certainty-core fit a shorter range.\n";
+            text += "\nA Calibration of certainty-core has no c below 0: fit a shorter range (--nearest, --farthest) for it.\n";
         }
         text += "\nrms and max: of the fit; mean, sd and worst: of the distance; lost: points that read as \
              too near or as no object.\n";

@@ -47,7 +47,7 @@ enum Command {
     Replay(replay::Arguments),
     /// The firmware's application: in this process, under QEMU, or on an emulated board
     Run(run::Arguments),
-    /// Two maps (PGM + YAML): agreement, missed obstacles and ghosts
+    /// Two maps (YAML with an image): agreement, missed obstacles and ghosts
     Compare(compare::Arguments),
     /// Every method against every fault, beside an oracle: maps and sensor health
     Campaign(campaign::Arguments),

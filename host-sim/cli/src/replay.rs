@@ -48,7 +48,7 @@ pub(super) struct Arguments {
     /// Number of virtual sensors that share a laser's beams
     #[arg(long, value_name = "N", default_value = "3")]
     sensors: NonZeroU8,
-    /// Meaning of a reading of 0
+    /// Meaning of a reading of 0: no object, or too near, which marks the cells at the sensor
     #[arg(long, value_enum, default_value_t = ZeroArgument::None)]
     zero: ZeroArgument,
     /// Field of view of a scan or of the ranges of a wide CSV, around straight ahead [default: the file's, or
@@ -104,7 +104,7 @@ pub(super) struct Arguments {
 enum FormatArgument {
     /// By the content
     Auto,
-    /// A CARMEN log: `FLASER` and `ROBOTLASER1` lines
+    /// A CARMEN log: lines of lasers or sonars, with their poses or odometry
     Carmen,
     /// Readings CSV: a beam per line
     Readings,
@@ -574,10 +574,14 @@ impl Report for Replayed<'_> {
         let tally = recording.tally();
         let geometry = mapper.geometry();
         let mut text = format!(
-            "{}: {} readings: {} echoes, {} without object, {} too near, {} missing\n",
+            "{}: {}: {}, {} without object, {} too near, {} missing\n",
             display_path(&arguments.file),
-            recording.beams.len(),
-            tally.echo,
+            counted(recording.beams.len() as u64, "reading"),
+            if tally.echo == 1 {
+                "1 echo".to_owned()
+            } else {
+                format!("{} echoes", tally.echo)
+            },
             tally.no_object,
             tally.too_near,
             tally.missing
@@ -590,15 +594,17 @@ impl Report for Replayed<'_> {
             text += &format!("{steps} of the clock\n");
         }
         if recording.skipped.total() > 0 {
-            text += &format!("{} skipped:", counted(recording.skipped.total(), "line"));
-            for count in recording.skipped.counts() {
+            let reason = |count: SkipCount| {
                 let SkipCount {
                     reason,
                     lines,
                     first_line,
                 } = count;
-                text += &format!(" {lines} x {reason}, first in line {first_line};");
-            }
+                format!("{lines} x {reason}, first in line {first_line}")
+            };
+            let reasons: Vec<String> = recording.skipped.counts().map(reason).collect();
+            let lines = counted(recording.skipped.total(), "line");
+            text += &format!("{lines} skipped: {}", reasons.join("; "));
             for skipped in recording.skipped.first() {
                 text += &format!("\n  line {}: {}", skipped.line, skipped.reason);
             }

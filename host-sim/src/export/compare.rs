@@ -217,7 +217,8 @@ fn cell_at(map: &RosMap, place: [f64; 2]) -> Option<usize> {
     let inside = |at: f64, cells: u32| at >= 0.0 && at < f64::from(cells);
     let [x, y] = place;
     let inside = inside(x, map.width()) && inside(y, map.height());
-    inside.then_some(y as usize * map.width() as usize + x as usize)
+    // Only then the casts are exact, and the product is an index.
+    inside.then(|| y as usize * map.width() as usize + x as usize)
 }
 
 /// Occupied before free before unknown.

@@ -180,6 +180,9 @@ enum UnzipState<R> {
     Within {
         body: Body<R>,
         crc: Crc,
+        /// Bytes that were unpacked.
+        length: u64,
+        /// The checksum; `None` if it follows the file.
         expected: Option<u32>,
         wanted: bool,
     },
@@ -219,6 +222,34 @@ fn unsupported(what: &'static str) -> io::Error {
     io::Error::new(io::ErrorKind::Unsupported, what)
 }
 
+fn damaged(what: &'static str) -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidData, what)
+}
+
+/// Reads the descriptor behind a file of `length` bytes (APPNOTE.TXT §4.3.9): its checksum.
+///
+/// Its signature may be absent, and its two lengths have 4 bytes each or, of zip64, 8: the length tells.
+fn descriptor(inner: &mut impl Read, length: u64) -> io::Result<u32> {
+    let mut word = [0; 4];
+    inner.read_exact(&mut word)?;
+    if word == *b"PK\x07\x08" {
+        inner.read_exact(&mut word)?;
+    }
+    let mut packed = [0; 4];
+    let mut unpacked = [0; 4];
+    inner.read_exact(&mut packed)?;
+    inner.read_exact(&mut unpacked)?;
+    let low = (length & u64::from(u32::MAX)) as u32;
+    if u32::from_le_bytes(unpacked) != low {
+        let mut long = [0; 8];
+        inner.read_exact(&mut long)?;
+        if u64::from_le_bytes(long) != length {
+            return Err(damaged("wrong length"));
+        }
+    }
+    Ok(u32::from_le_bytes(word))
+}
+
 impl<R: BufRead> Unzip<R> {
     const fn new(inner: R) -> Self {
         Self {
@@ -230,20 +261,15 @@ impl<R: BufRead> Unzip<R> {
     /// Reads a local header (APPNOTE.TXT §4.3.7) and enters its file; `None` at the central directory.
     fn enter(&mut self, mut inner: R) -> io::Result<UnzipState<R>> {
         const FILE: [u8; 4] = *b"PK\x03\x04";
-        const DESCRIPTOR: [u8; 4] = *b"PK\x07\x08";
+        // A file in the central directory, the directory's end, and that of zip64.
+        const DIRECTORY: [[u8; 4]; 3] = [*b"PK\x01\x02", *b"PK\x05\x06", *b"PK\x06\x06"];
         let mut signature = [0; 4];
         inner.read_exact(&mut signature)?;
-        if signature == DESCRIPTOR {
-            // Checksum and two lengths.
-            inner.read_exact(&mut [0; 12])?;
-            inner.read_exact(&mut signature)?;
-        }
-        if signature != FILE {
-            return if self.found {
-                Ok(UnzipState::Done)
-            } else {
-                Err(unsupported("the archive has no file"))
-            };
+        match signature {
+            FILE => {}
+            end if DIRECTORY.contains(&end) && self.found => return Ok(UnzipState::Done),
+            end if DIRECTORY.contains(&end) => return Err(unsupported("the archive has no file")),
+            _ => return Err(damaged("no header of a file")),
         }
         let mut header = [0; 26];
         inner.read_exact(&mut header)?;
@@ -275,7 +301,7 @@ impl<R: BufRead> Unzip<R> {
             0 if follows && wanted => {
                 return Err(unsupported("its file has no length: unpack it first"));
             }
-            0 => Body::Stored(inner.take(if follows { 0 } else { packed.into() })),
+            0 => Body::Stored(inner.take(if follows { 0 } else { packed.into() })), // a folder has no bytes
             8 => Body::Deflated(Box::new(DeflateDecoder::new(inner))),
             _ => return Err(unsupported("it is not packed by deflate: unpack it first")),
         };
@@ -283,6 +309,7 @@ impl<R: BufRead> Unzip<R> {
         Ok(UnzipState::Within {
             body,
             crc: Crc::new(),
+            length: 0,
             expected: (!follows).then_some(crc),
             wanted,
         })
@@ -299,6 +326,7 @@ impl<R: BufRead> Read for Unzip<R> {
                 UnzipState::Within {
                     mut body,
                     mut crc,
+                    mut length,
                     expected,
                     wanted,
                 } => {
@@ -306,6 +334,7 @@ impl<R: BufRead> Read for Unzip<R> {
                         self.state = UnzipState::Within {
                             body,
                             crc,
+                            length,
                             expected,
                             wanted,
                         };
@@ -315,9 +344,11 @@ impl<R: BufRead> Read for Unzip<R> {
                     let count = body.read(part)?;
                     if count > 0 {
                         crc.update(&part[..count]);
+                        length += count as u64;
                         self.state = UnzipState::Within {
                             body,
                             crc,
+                            length,
                             expected,
                             wanted,
                         };
@@ -326,11 +357,15 @@ impl<R: BufRead> Read for Unzip<R> {
                         }
                         continue;
                     }
-                    if expected.is_some_and(|expected| expected != crc.sum()) {
-                        let message = "wrong checksum";
-                        return Err(io::Error::new(io::ErrorKind::InvalidData, message));
+                    let mut inner = body.into_inner();
+                    let expected = match expected {
+                        Some(expected) => expected,
+                        None => descriptor(&mut inner, length)?,
+                    };
+                    if expected != crc.sum() {
+                        return Err(damaged("wrong checksum"));
                     }
-                    self.state = UnzipState::Between(body.into_inner());
+                    self.state = UnzipState::Between(inner);
                 }
             }
         }
@@ -456,6 +491,45 @@ mod tests {
         let twice = [&ZIP[..directory], ZIP].concat();
         let error = unpacked(&twice).unwrap_err();
         assert!(error.to_string().contains("more than one file"), "{error}");
+    }
+
+    /// [`ZIP`] as a program writes it to a pipe: checksum and lengths behind the file.
+    fn streamed(signature: &[u8], lengths: usize, checksum: u32) -> Vec<u8> {
+        let directory = ZIP
+            .windows(4)
+            .position(|four| four == b"PK\x01\x02")
+            .unwrap();
+        let (file, rest) = ZIP.split_at(directory);
+        let mut file = file.to_vec();
+        file[6] |= 8;
+        file[14..26].fill(0);
+        let length = |bytes: u64| bytes.to_le_bytes()[..lengths].to_vec();
+        let lengths = [length(12), length(20)].concat();
+        [&file, signature, &checksum.to_le_bytes(), &lengths, rest].concat()
+    }
+
+    #[test]
+    fn a_streamed_zip_is_checked_too() {
+        let text = b"hello, hello, hello\n".to_vec();
+        let checksum = u32::from_le_bytes([ZIP[14], ZIP[15], ZIP[16], ZIP[17]]);
+        for signature in [&b"PK\x07\x08"[..], b""] {
+            for lengths in [4, 8] {
+                let file = streamed(signature, lengths, checksum);
+                assert_eq!(unpacked(&file).unwrap(), (Packing::Zip, text.clone()));
+                let damaged = streamed(signature, lengths, checksum ^ 1);
+                assert_eq!(
+                    unpacked(&damaged).unwrap_err().to_string(),
+                    "wrong checksum"
+                );
+                let local = file
+                    .windows(4)
+                    .position(|four| four == b"PK\x01\x02")
+                    .unwrap();
+                let twice = [&file[..local], &file].concat();
+                let error = unpacked(&twice).unwrap_err();
+                assert!(error.to_string().contains("more than one file"), "{error}");
+            }
+        }
     }
 
     #[test]

@@ -425,6 +425,21 @@ fn maps_of_unlike_cells_are_compared_on_the_coarser() {
     }
 }
 
+/// An index was computed for places outside the map, too, and overflowed.
+#[test]
+fn maps_that_are_worlds_apart_do_not_overflow() {
+    for b in [
+        "resolution: 0.1\norigin: [0, -1e17, 0]",
+        "resolution: 1e-300\norigin: [0, 0, 0]",
+        "resolution: 1e300\norigin: [0, 0, 0]",
+    ] {
+        let yaml =
+            format!("image: b.pgm\n{b}\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.25\n");
+        let ran = compare_with(&yaml, "b.pgm", b"P5\n2 2\n255\n\x00\xFE\xCD\x00");
+        assert!(matches!(ran.code, Some(0 | 2)), "{b}: {ran:?}");
+    }
+}
+
 #[test]
 fn a_yaml_from_stdin_names_images_here() {
     let folder = tempfile::tempdir().unwrap();
