@@ -1,8 +1,8 @@
 //! Options that several subcommands have, and parsers of their values.
 
-use super::output::Failure;
-use super::output::{self, Report};
+use super::output::{self, Failure, Report};
 use certainty_sim::export::{OutDir, display_path};
+use certainty_sim::fusion::Method;
 use certainty_sim::world::World;
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -178,6 +178,28 @@ pub(super) fn given<T: Clone>(option: &str, all: &[OrNone<T>]) -> Result<Vec<T>,
         return Err(Failure::Input(line));
     }
     Ok(some)
+}
+
+/// Refuses a `--trim` that none of `methods` uses, or that is more than `sensors` sensors allow.
+pub(super) fn check_trim(
+    trim: Option<u8>,
+    methods: impl IntoIterator<Item = Method>,
+    sensors: u8,
+) -> Result<(), Failure> {
+    let Some(trim) = trim else {
+        return Ok(());
+    };
+    if !methods.into_iter().any(|method| method == Method::Trimmed) {
+        let line = "--trim: no map is fused by the trimmed method: expected --fusion trimmed too";
+        return Err(Failure::Input(line.into()));
+    }
+    let most = sensors.saturating_sub(1) / 2;
+    if trim > most {
+        return Err(Failure::Input(format!(
+            "--trim: {trim} at each end leave nothing of {sensors} sensors: expected at most {most}"
+        )));
+    }
+    Ok(())
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! `certainty replay`: a recording of a real robot as a map, with its sensors' health.
 
 use super::maps::map_image;
-use super::options::{CommonOptions, named};
+use super::options::{CommonOptions, check_trim, named};
 use super::output::Failure;
 use super::output::{self, Report, progress};
 use super::table::{HealthReport, caveat, counted, row, table};
@@ -273,6 +273,16 @@ impl Arguments {
 
     /// Checks the options against the recording and prepares the replay.
     fn prepare(&self, recording: Recording) -> Result<Replay, Failure> {
+        if recording.format == Format::Readings
+            && (self.fov.is_some() || self.start_angle.is_some())
+        {
+            return Err(Failure::Input(
+                "--fov, --start-angle: each line of this recording has a direction: expected them for scans and wide \
+                 CSVs only"
+                    .into(),
+            ));
+        }
+        check_trim(self.trim, [self.fusion], recording.sensors)?;
         let geometry = self.geometry(&recording)?;
         let validation = self.validation()?;
         let model = self.model(recording.beam_width)?;

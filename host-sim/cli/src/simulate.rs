@@ -1,7 +1,7 @@
 //! `certainty simulate`: the Smart Car in a world, every method on the same readings.
 
 use super::maps::{Mark, Panel, map_image, overview, side_by_side};
-use super::options::{CommonOptions, OrNone, given, named, world};
+use super::options::{CommonOptions, OrNone, check_trim, given, named, world};
 use super::output::Failure;
 use super::output::{self, Report};
 use super::table::{HealthReport, caveat, list, percent, row, table};
@@ -92,6 +92,7 @@ impl Arguments {
         let sweep = u32::from(SWEEP.directions()) * u32::from(self.sensors.count());
         let length = Length::Readings(self.readings.unwrap_or(SWEEPS * sweep));
         let sensors = self.sensors.clone();
+        check_trim(self.trim, self.methods(), sensors.count())?;
         Ok(Setup {
             faults: self.faults()?,
             validated: self.validate,

@@ -42,6 +42,23 @@ fn assert_refused(folder: &TempDir, arguments: &str, words: &[&str]) {
     assert_no_results(folder.path(), arguments);
 }
 
+/// Options that change nothing were taken without a word.
+#[test]
+fn an_option_without_effect_is_refused() {
+    let folder = folder_with("t_ms,sensor,x_mm,y_mm,bearing_mdeg,reading\n0,1,0,0,0,500\n");
+    for (arguments, named) in [
+        ("replay input --trim 1", "--fusion trimmed"),
+        ("replay input --fusion trimmed --trim 1", "at most 0"),
+        ("replay input --fov 180deg", "--fov"),
+        ("replay input --start-angle 0deg", "--start-angle"),
+        ("simulate --fusion bayes --trim 1", "--fusion trimmed"),
+        ("simulate --trim 2", "at most 1"),
+    ] {
+        let ran = certainty_quickly(folder.path(), arguments);
+        assert!(ran.refusal().contains(named), "{arguments}: {ran:?}");
+    }
+}
+
 #[test]
 fn an_unusable_recording_is_refused_with_its_name() {
     let truncated = {
