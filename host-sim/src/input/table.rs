@@ -172,13 +172,14 @@ pub(crate) enum Unit {
 fn unit(word: &str) -> Option<Unit> {
     Some(match word {
         "ns" | "nsec" | "nanoseconds" => Unit::Nanoseconds,
-        "us" | "µs" | "μs" | "usec" | "microseconds" => Unit::Microseconds,
+        "us" | "µs" | "μs" | "\u{FFFD}s" | "usec" | "microseconds" => Unit::Microseconds,
         "ms" | "msec" | "millis" | "milliseconds" => Unit::Milliseconds,
         "s" | "sec" | "secs" | "seconds" => Unit::Seconds,
         "mm" | "millimeters" | "millimetres" => Unit::Millimeters,
         "cm" | "centimeters" | "centimetres" => Unit::Centimeters,
         "m" | "meters" | "metres" => Unit::Meters,
-        "deg" | "degrees" => Unit::Degrees,
+        // The last is the sign's byte in Latin-1, which is no UTF-8.
+        "deg" | "degrees" | "°" | "\u{FFFD}" => Unit::Degrees,
         "mdeg" | "millidegrees" => Unit::Millidegrees,
         "rad" | "radians" => Unit::Radians,
         _ => return None,
@@ -203,11 +204,19 @@ pub(crate) struct Column {
 impl Column {
     /// Reads a name.
     pub(crate) fn of(written: &str) -> Self {
-        let lower = written.to_lowercase();
-        let words: Vec<&str> = lower
-            .split(|c: char| !c.is_alphanumeric())
+        // The degree sign, and the signs that are taken for it, are a word of their own.
+        let lower = written.to_lowercase().replace(['°', 'º', '˚'], " ° ");
+        let of_word =
+            |c: char| c.is_alphanumeric() || matches!(c, '°' | char::REPLACEMENT_CHARACTER);
+        let mut words: Vec<&str> = lower
+            .split(|c: char| !of_word(c))
             .filter(|word| !word.is_empty())
             .collect();
+        // At any other place it is part of a name, such as that of a temperature in °C.
+        if let Some(last) = words.pop() {
+            words.retain(|&word| word != "°");
+            words.push(last);
+        }
         let (words, unit) = match words.split_last() {
             Some((last, before)) if !before.is_empty() && unit(last).is_some() => {
                 (before, unit(last))
@@ -313,7 +322,19 @@ mod tests {
             ("us".into(), Some(0), Some(Unit::Microseconds))
         );
         assert_eq!(of("pos_x"), ("pos_x".into(), None, None));
-        assert_eq!(of("heading (°)"), ("heading".into(), None, None));
+        for degrees in [
+            "heading (°)",
+            "heading_°",
+            "heading°",
+            "heading [º]",
+            "heading ˚",
+            "heading (\u{FFFD})",
+        ] {
+            let expected = ("heading".into(), None, Some(Unit::Degrees));
+            assert_eq!(of(degrees), expected, "{degrees}");
+        }
+        assert_eq!(of("temp_°C"), ("temp_c".into(), None, None));
+        assert_eq!(of("°"), ("°".into(), None, None));
         assert_eq!(of("m"), ("m".into(), None, None));
         assert_eq!(of(""), (String::new(), None, None));
     }
