@@ -171,7 +171,7 @@ impl<'a> Text<'a> {
             inner: unpacked,
             trailing: Rc::clone(&trailing),
         };
-        let started = utf8(noted);
+        let started = line_feeds(utf8(noted));
         let start = started.start().to_vec();
         let mut text = Self {
             path: path.into(),
@@ -270,6 +270,30 @@ fn failed(path: &Path, line: u64, packing: Packing, source: io::Error) -> InputE
             source,
         },
         _ => InputError::Read { path, line, source },
+    }
+}
+
+/// Text with line feeds: those of the old Macintosh, whose lines end with a carriage return alone, in
+/// their place.
+fn line_feeds<'a>(started: Started<Box<dyn Read + 'a>>) -> Started<Box<dyn Read + 'a>> {
+    let start = started.start();
+    let old = start.contains(&b'\r') && !start.contains(&b'\n') && Foreign::binary(start).is_none();
+    if !old {
+        return started;
+    }
+    Started::new(Box::new(LineFeeds(started)))
+}
+
+/// A reader with a line feed in the place of each carriage return.
+struct LineFeeds<R>(R);
+
+impl<R: Read> Read for LineFeeds<R> {
+    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
+        let count = self.0.read(out)?;
+        for byte in out.iter_mut().take(count).filter(|byte| **byte == b'\r') {
+            *byte = b'\n';
+        }
+        Ok(count)
     }
 }
 

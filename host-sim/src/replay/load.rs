@@ -10,6 +10,7 @@ use super::recording::{LineKind, SkipReason, Skipped, SkippedLine, TooManySkippe
 use crate::export::display_path;
 use crate::input::{InputError, Text};
 use crate::quantity::FieldOfView;
+use certainty_core::transducer::Reading;
 use certainty_core::units::{BinaryAngle, Millimeters};
 use core::cell::Cell;
 use core::num::NonZeroU8;
@@ -93,7 +94,8 @@ impl Format {
         for line in start.split(|&byte| byte == b'\n') {
             let line = line.trim_ascii();
             let word = line.split(u8::is_ascii_whitespace).next().unwrap_or(line);
-            let header = str::from_utf8(line).ok().and_then(layout::header_of);
+            // A name in another encoding, in a column that is not used, leaves the others readable.
+            let header = layout::header_of(&String::from_utf8_lossy(line));
             if header.is_some() {
                 return header;
             }
@@ -384,6 +386,15 @@ fn read_text(
     if let Some(most) = options.max_step {
         recording.leave_out_far_steps(most);
     }
+    let is_echo = |beam: &RecordedBeam| matches!(beam.reading, Reading::Echo(_));
+    if !recording.beams.iter().any(is_echo) {
+        recording.notes.push(match options.max_range {
+            Some(limit) => {
+                format!("no echo within --max-range {limit}: check --max-range and the units")
+            }
+            None => "no beam has an echo: check the units".to_owned(),
+        });
+    }
     if let Some(stray) = recording.stray_pose() {
         recording.notes.push(stray.to_string());
     }
@@ -434,7 +445,7 @@ fn unknown(text: &Text<'_>) -> LoadError {
     let start = text.start();
     let lines = (1..).zip(start.split(|&byte| byte == b'\n'));
     for (line, bytes) in lines.take(20) {
-        let lacks = str::from_utf8(bytes).ok().and_then(layout::lacking);
+        let lacks = layout::lacking(&String::from_utf8_lossy(bytes));
         if let Some(lacks) = lacks {
             return LoadError::Columns { path, line, lacks };
         }
@@ -458,7 +469,7 @@ mod tests {
     use super::*;
     use crate::input::gzip;
     use certainty_core::sensor::SensorId;
-    use certainty_core::transducer::{Missing, Reading};
+    use certainty_core::transducer::Missing;
     use certainty_core::units::Ticks;
     use certainty_core::units::{BinaryAngle, Point};
     use flate2::{Compression, write::GzEncoder};
@@ -490,6 +501,54 @@ mod tests {
             reading: Reading::Echo(Millimeters::new(at * 31 % 5000)),
         };
         written(&(0..count).map(beam).collect::<Vec<_>>()).into_bytes()
+    }
+
+    #[test]
+    fn a_recording_without_an_echo_is_noted() {
+        let text = format!("{HEADER}\n0,1,0,0,0,9000\n0,1,0,0,0,none\n");
+        let notes = |max_range| {
+            let options = LoadOptions {
+                max_range,
+                ..LoadOptions::default()
+            };
+            read_with(text.as_bytes(), &options).unwrap().notes
+        };
+        assert_eq!(
+            notes(Some(Millimeters::new(9000))),
+            ["no echo within --max-range 9000mm: check --max-range and the units"]
+        );
+        assert!(notes(None).is_empty());
+        let silent = read_bytes(format!("{HEADER}\n0,1,0,0,0,none\n").as_bytes()).unwrap();
+        assert_eq!(silent.notes, ["no beam has an echo: check the units"]);
+    }
+
+    #[test]
+    fn a_latin_1_name_does_not_hide_the_header() {
+        let plain = "t_ms,x_m,y_m,heading_deg,temp_xC,range0_m\n0,0,0,45,20,1\n";
+        let mut latin = plain.as_bytes().to_vec();
+        latin[plain.find("xC").unwrap()] = 0xB0; // °
+        let options = LoadOptions {
+            start_angle: Some(BinaryAngle::ZERO),
+            ..LoadOptions::default()
+        };
+        let (one, other) = (
+            read_with(plain.as_bytes(), &options).unwrap(),
+            read_with(&latin, &options).unwrap(),
+        );
+        assert_eq!((one.beams, one.skipped), (other.beams, other.skipped));
+    }
+
+    #[test]
+    fn old_macintosh_lines_are_read() {
+        let unix = many_readings(20_000);
+        let old: Vec<u8> = unix
+            .iter()
+            .map(|&byte| if byte == b'\n' { b'\r' } else { byte })
+            .collect();
+        assert_eq!(read_bytes(&old).unwrap(), read_bytes(&unix).unwrap());
+        let mut doubled = many_readings(3);
+        doubled.extend(b"9,1,0,0,0,5\r\r\n");
+        assert_eq!(read_bytes(&doubled).unwrap().beams.len(), 4);
     }
 
     #[test]
