@@ -257,19 +257,6 @@ pub(super) fn lacking(line: &str) -> Option<String> {
 /// Millidegrees of a turn.
 pub(super) const TURN: f64 = 360_000.0;
 
-/// The units that can be in a name.
-fn range_unit(unit: Unit) -> Option<RangeUnit> {
-    Some(match unit {
-        Unit::Millimeters => RangeUnit::Millimeters,
-        Unit::Centimeters => RangeUnit::Centimeters,
-        Unit::Meters => RangeUnit::Meters,
-        Unit::Seconds => RangeUnit::EchoSeconds,
-        Unit::Milliseconds => RangeUnit::EchoMilliseconds,
-        Unit::Microseconds => RangeUnit::EchoMicroseconds,
-        _ => return None,
-    })
-}
-
 const fn length_unit(unit: Unit) -> Option<LengthUnit> {
     Some(match unit {
         Unit::Millimeters => LengthUnit::Millimeters,
@@ -332,6 +319,20 @@ pub(super) enum Beams {
     Wide(Vec<WideColumn>),
 }
 
+impl Beams {
+    /// Whether both are of one form, and sensors of the wide form look where they did.
+    pub(super) fn same_sensors(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::One { .. }, Self::One { .. }) => true,
+            (Self::Wide(one), Self::Wide(other)) => {
+                let look = |column: &WideColumn| (column.sensor, column.aside_mdeg);
+                one.iter().map(look).eq(other.iter().map(look))
+            }
+            _ => false,
+        }
+    }
+}
+
 #[derive(Debug, Clone, Copy)]
 pub(super) struct WideColumn {
     pub(super) place: usize,
@@ -392,7 +393,7 @@ impl Layout {
         let range_mm = |column: &Column, default: Option<RangeUnit>| {
             let unit = column
                 .unit
-                .and_then(range_unit)
+                .and_then(RangeUnit::of)
                 .or(options.unit)
                 .or(default);
             unit.map(RangeUnit::millimetres).ok_or_else(|| {
@@ -418,7 +419,7 @@ impl Layout {
             _ => {
                 let wide = wide_columns(header, options, &range_mm)?;
                 used.extend(wide.iter().map(|column| column.place));
-                notes.push(mounting(&wide));
+                notes.push(mounting(header, &wide));
                 Beams::Wide(wide)
             }
         };
@@ -491,10 +492,12 @@ fn wide_columns(
         .map(|&(place, _)| stem(place))
         .max_by_key(|of| count(of));
     let name = name.unwrap_or_default();
-    let of_name: Vec<_> = ranges
+    let mut of_name: Vec<_> = ranges
         .iter()
         .filter(|&&(place, _)| stem(place) == name)
         .collect();
+    // A spreadsheet sorts range10 before range2: the number decides the direction, not the place.
+    of_name.sort_by_key(|&&(_, number)| number);
     if of_name.len() > 255 {
         return Err(format!(
             "{} range columns: at most 255 sensors are read",
@@ -545,16 +548,20 @@ fn wide_columns(
     Ok(columns)
 }
 
-/// The note of where the sensors of the wide form look.
-fn mounting(columns: &[WideColumn]) -> String {
+/// The note of where the sensors of the wide form look: the first few and the last.
+fn mounting(header: &Header, columns: &[WideColumn]) -> String {
+    const FIRST: usize = 4;
     let degrees = |mdeg: f64| (mdeg.rem_euclid(TURN) / 100.0).round() / 10.0;
-    let mut looks: Vec<String> = columns
-        .iter()
-        .take(4)
-        .map(|column| format!("{}", degrees(column.aside_mdeg)))
-        .collect();
-    if columns.len() > 4 {
+    let look = |column: &WideColumn| {
+        let name = Excerpt::new(&header.columns[column.place].written);
+        format!("{name}={}", degrees(column.aside_mdeg))
+    };
+    let mut looks: Vec<String> = columns.iter().take(FIRST).map(look).collect();
+    if columns.len() > FIRST + 1 {
         looks.push("…".into());
+    }
+    if let Some(last) = columns.get(FIRST..).and_then(<[_]>::last) {
+        looks.push(look(last));
     }
     format!(
         "the {} sensors are taken to look to {} degrees, counter-clockwise from straight ahead: --start-angle and \

@@ -7,7 +7,7 @@
 //! A value is a distance, or says why there is none: `none` and `inf` are no object, `near` and `-inf` too
 //! near; `missing`, `nan`, an empty field and numbers below 0 are missing. 0 is what [`ZeroMeans`](super::recording::ZeroMeans) says.
 
-use super::layout::{Beams, CsvOptions, Layout, TURN};
+use super::layout::{Beams, CsvOptions, Layout, TURN, lacking};
 use super::recording::{LineKind, RecordedBeam, SkipReason, TimeUnit};
 use crate::input::{Fields, Separator, number};
 use crate::quantity::{self, Excerpt};
@@ -118,11 +118,19 @@ impl CsvLog {
         if line.is_empty() || (self.layout.is_some() && line == self.header) {
             return Ok(LineKind::Nothing);
         }
-        if self.layout.is_none() && self.take_header(line)? {
+        if self.take_header(line)? {
             return Ok(LineKind::Nothing);
         }
         if line.starts_with(['#', '%']) {
             return Ok(LineKind::Nothing);
+        }
+        if self.layout.is_some()
+            && !line.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '-' | '+' | '.'))
+            && let Some(lacks) = lacking(line)
+        {
+            return Err(CsvError::File(format!(
+                "a second header, which has no column of {lacks}: correct it, or split the recording here"
+            )));
         }
         if self.layout.is_none() {
             if self.has_header {
@@ -138,16 +146,32 @@ impl CsvLog {
         taken
     }
 
-    /// Takes `line` as the header, if it is one.
+    /// Takes `line` as the header of the lines below it, if it is one.
+    ///
+    /// Recordings that were put together have several: each must have the sensors of the one before.
     fn take_header(&mut self, line: &str) -> Result<bool, CsvError> {
         match Layout::of(line, &self.options) {
             None => Ok(false),
             Some(Err(problem)) => Err(CsvError::File(problem)),
-            Some(Ok((separator, layout, notes))) => {
+            Some(Ok((separator, mut layout, notes))) => {
+                if let Some(before) = &self.layout {
+                    if !before.beams.same_sensors(&layout.beams) {
+                        return Err(CsvError::File(
+                            "a second header with other sensors: split the recording here"
+                                .to_owned(),
+                        ));
+                    }
+                    // The clock is the same one.
+                    layout.time_unit = layout.time_unit.or(before.time_unit);
+                }
                 self.fields = Fields::new(separator);
                 self.layout = Some(layout);
                 self.header = line.to_owned();
-                self.notes.extend(notes);
+                for note in notes {
+                    if !self.notes.contains(&note) {
+                        self.notes.push(note);
+                    }
+                }
                 Ok(true)
             }
         }
@@ -391,7 +415,7 @@ pub(super) fn written(beams: &[RecordedBeam]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::layout::{header_of, lacking};
+    use super::super::layout::header_of;
     use super::super::recording::{RangeUnit, ZeroMeans};
     use super::*;
     use crate::quantity::FieldOfView;
@@ -676,6 +700,63 @@ mod tests {
                 panic!("{row} was read");
             };
             assert!(line.contains(option), "{line}");
+        }
+    }
+
+    #[test]
+    fn directions_follow_the_numbers_of_ranges() {
+        let text =
+            "t_ms,x_m,y_m,heading_deg,range_0_m,range_1_m,range_10_m,range_2_m\n0,0,0,0,1,2,4,3";
+        let (beams, summary) = read(text).unwrap();
+        let looks: Vec<_> = beams
+            .iter()
+            .map(|beam| (beam.reading, beam.bearing.to_bits()))
+            .collect();
+        let echo = |metres: u32| Reading::Echo(Millimeters::new(metres * 1000));
+        let expected = [(1, 0), (2, 0x4000), (3, 0x8000), (4, 0xC000)];
+        assert_eq!(looks, expected.map(|(metres, bits)| (echo(metres), bits)));
+        assert!(
+            summary.notes[0]
+                .contains("range_0_m=0, range_1_m=90, range_2_m=180, range_10_m=270 degrees")
+        );
+        let names: Vec<String> = (0..12).map(|n| format!("r{n}_m")).collect();
+        let text = format!(
+            "t_ms,x_m,y_m,heading_deg,{}\n0,0,0,0{}",
+            names.join(","),
+            ",1".repeat(12)
+        );
+        let note = &read(&text).unwrap().1.notes[0];
+        assert!(
+            note.contains("r0_m=0, r1_m=30, r2_m=60, r3_m=90, …, r11_m=330 degrees"),
+            "{note}"
+        );
+    }
+
+    #[test]
+    fn a_second_header_holds_for_the_lines_below() {
+        let swapped = "t_ms,sensor,y_mm,x_mm,bearing_mdeg,reading";
+        let text =
+            format!("{HEADER}\n0,1,10,20,0,5\n{swapped}\n1,1,20,10,0,5\n# {HEADER}\n2,1,10,20,0,5");
+        let (beams, _) = read(&text).unwrap();
+        assert_eq!(beams.len(), 3);
+        assert!(
+            beams
+                .iter()
+                .all(|beam| beam.origin == Point::from_mm(10, 20))
+        );
+        let wide = "t_ms,x_m,y_m,heading_deg,range0_m,range1_m";
+        let third = format!("{wide},range2_m");
+        let lacks = "t_ms,sensor,x_mm,y_mm,bearing_mdeg";
+        for (first, second, word) in [
+            (HEADER, wide, "other sensors"),
+            (wide, HEADER, "other sensors"),
+            (wide, &third, "other sensors"),
+            (HEADER, lacks, "no column of distance (reading)"),
+        ] {
+            let Err(CsvError::File(line)) = read(&format!("{first}\n{second}\n")) else {
+                panic!("{second} was read");
+            };
+            assert!(line.contains(word), "{line}");
         }
     }
 

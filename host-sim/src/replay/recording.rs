@@ -1,7 +1,7 @@
 //! A recording: beams with poses, and the lines that were skipped.
 
 use super::line_index::LineIndex;
-use crate::input::BadLine;
+use crate::input::{BadLine, Unit};
 use certainty_core::fusion::Beam;
 use certainty_core::sensor::SensorId;
 use certainty_core::transducer::Reading;
@@ -113,8 +113,21 @@ pub enum RangeUnit {
 const SOUND: f64 = 343_000.0;
 
 impl RangeUnit {
+    /// Returns the unit of ranges that a column's name ends with.
+    pub(crate) const fn of(unit: Unit) -> Option<Self> {
+        Some(match unit {
+            Unit::Millimeters => Self::Millimeters,
+            Unit::Centimeters => Self::Centimeters,
+            Unit::Meters => Self::Meters,
+            Unit::Seconds => Self::EchoSeconds,
+            Unit::Milliseconds => Self::EchoMilliseconds,
+            Unit::Microseconds => Self::EchoMicroseconds,
+            _ => return None,
+        })
+    }
+
     /// Returns the millimetres that a unit is. An echo travels there and back.
-    pub(super) const fn millimetres(self) -> f64 {
+    pub(crate) const fn millimetres(self) -> f64 {
         match self {
             Self::Millimeters => 1.0,
             Self::Centimeters => 10.0,
@@ -314,6 +327,8 @@ pub enum SkipReason {
     BadSensor,
     /// The pose is not finite.
     BadPose,
+    /// An angle of the laser is more than a turn of radians.
+    BadAngle,
     /// The readings have no pose and no odometry before them.
     NoPose,
     /// The pose is beyond the largest coordinate of a map.
@@ -373,6 +388,7 @@ impl fmt::Display for SkipReason {
             Self::BadTime => "time out of range",
             Self::BadSensor => "sensor not within 0 to 65535",
             Self::BadPose => "pose not finite",
+            Self::BadAngle => "angle out of range; CARMEN writes radians: --fov sets others",
             Self::NoPose => "no pose, and no whole ODOM line before",
             Self::OutOfReach => "pose out of a map's reach",
             Self::BadReading => "not a reading",

@@ -56,6 +56,19 @@ pub(super) struct Header {
     pub(super) step_rad: f64,
 }
 
+impl Header {
+    /// Whether the angles can be radians: none of them, nor the angle between the first beam and the last,
+    /// is over a turn.
+    pub(super) fn is_radians(self, beams: usize) -> bool {
+        // Logged numbers are rounded.
+        const MOST: f64 = TAU + 0.01;
+        let across_rad = self.step_rad * beams.saturating_sub(1) as f64;
+        [self.start_rad, self.fov_rad, self.step_rad, across_rad]
+            .iter()
+            .all(|angle| angle.abs() <= MOST)
+    }
+}
+
 /// What `PARAM` lines give of one laser, in radians.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Parameters {

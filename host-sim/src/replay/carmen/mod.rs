@@ -19,7 +19,7 @@ use core::f64::consts::{PI, TAU};
 use core::num::NonZeroU8;
 use directions::{Basis, Directions, Overrides, Parameters};
 use message::{Name, Pose, Scan, ScanName, ScanParser};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 /// Whether `word` names a message of a CARMEN log.
 pub(super) fn is_message(word: &str) -> bool {
@@ -72,7 +72,9 @@ struct Used {
     /// By their names; empty if there is none yet.
     lines: BTreeMap<ScanName, u64>,
     first_s: Option<f64>,
-    last: Option<(ScanName, f64, Pose)>,
+    last_s: Option<f64>,
+    /// The message that was first at each time, by the bits of its seconds.
+    times: HashMap<u64, ScanName>,
     backward: u64,
     zeros: u64,
     /// The directions of the beams, by the message and the number of beams.
@@ -164,13 +166,18 @@ impl CarmenLog {
             (ScanName::Raw(_) | ScanName::Old(_), None) => robot.then(self.place(name)),
             _ => robot,
         };
-        // The same scan as two messages, one behind the other.
-        let repeats = |(last, time_s, at): (ScanName, f64, Pose)| {
-            last != name && (time_s, at) == (scan.time_s, pose)
-        };
+        // The same scan as two messages, whose poses can differ.
+        let time_bits = (scan.time_s + 0.0).to_bits();
+        let first = self.used.times.get(&time_bits);
+        let repeats = first.is_some_and(|&first| first != name);
         let better = best.is_some_and(|best| name.rank() < best);
-        if !better && self.used.last.is_some_and(repeats) {
+        if !better && repeats {
             return Ok(self.leave_out(name));
+        }
+        let beams_of_scan = scan.readings.len();
+        let radians = |header: directions::Header| header.is_radians(beams_of_scan);
+        if self.options.fov.is_none() && !scan.header.is_none_or(radians) {
+            return Err(SkipReason::BadAngle);
         }
         let (directions, basis) = self.directions(name, &scan);
         let first_s = match self.used.first_s {
@@ -189,10 +196,11 @@ impl CarmenLog {
         }
         let used = &mut self.used;
         *used.lines.entry(name).or_default() += 1;
-        let backward = used.last.is_some_and(|(_, last_s, _)| scan.time_s < last_s);
+        let backward = used.last_s.is_some_and(|last_s| scan.time_s < last_s);
         used.backward += u64::from(backward);
         used.first_s = Some(first_s);
-        used.last = Some((name, scan.time_s, pose));
+        used.last_s = Some(scan.time_s);
+        used.times.entry(time_bits).or_insert(name);
         used.zeros += zeros;
         used.at_odometry |= scan.pose.is_none();
         used.highest_sensor = used.highest_sensor.max(match name {
@@ -836,8 +844,40 @@ mod tests {
             assert_eq!((beams.len(), taken), (3, vec![BEAMS, OTHER]));
             assert!(summary.notes.last().unwrap().starts_with("1 lines of "));
         }
+        // Corrected poses are in one of them alone, and all of one can be behind all of the other.
+        let posed = robot.replace("1 0 0.5 0", "1 0 0.75 0");
+        let later = flaser.replace(" 5 host", " 6 host");
+        let (beams, taken) = read(&[flaser, &posed]);
+        assert_eq!((beams.len(), taken), (3, vec![BEAMS, OTHER]));
+        let (beams, taken) = read(&[flaser, &later, &posed]);
+        assert_eq!((beams.len(), taken), (6, vec![BEAMS, BEAMS, OTHER]));
         let (beams, _) = read(&[flaser, &robot.replace(" 5 host", " 6 host")]);
         assert_eq!(beams.len(), 6);
+    }
+
+    #[test]
+    fn angles_in_degrees_are_refused() {
+        let line = |angles: &str| {
+            format!("ROBOTLASER1 0 {angles} 80 0 0 3 1 1 1 0 0 0 0 0 0 0 0 0 0 0 0 5 host 5")
+        };
+        for (angles, taken) in [
+            ("-90 180 90", Err(SkipReason::BadAngle)),
+            ("0 180 90", Err(SkipReason::BadAngle)),
+            ("0 180 0", Err(SkipReason::BadAngle)),
+            ("0 3.1416 90", Err(SkipReason::BadAngle)),
+            ("1e300 3.1416 0.01", Err(SkipReason::BadAngle)),
+            ("0 3.1416 5", Err(SkipReason::BadAngle)),
+            ("-3.1416 6.2832 3.1416", BEAMS),
+            ("6.2832 -6.2832 -3.1416", BEAMS),
+        ] {
+            assert_eq!(read(&[&line(angles)]).1, [taken], "{angles}");
+        }
+        let set = ScanOptions {
+            fov: Some(field_of_view("180deg").unwrap()),
+            ..OPTIONS
+        };
+        let (beams, _, _) = read_with(set, &[&line("-90 180 90")]);
+        assert_eq!(bearings(&beams), [0xC000, 0, 0x4000]);
     }
 
     #[test]
