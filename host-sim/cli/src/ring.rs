@@ -576,6 +576,7 @@ struct RecordingDocument<'a> {
     rows: usize,
     skipped: u64,
     skip_reasons: Vec<SkipCount>,
+    notes: &'a [String],
     range_mm: u32,
     overlaps_assessed: u32,
     overlaps_in_all: u32,
@@ -623,6 +624,7 @@ impl Report for Recorded<'_> {
             rows: self.recording.rows(),
             skipped: self.recording.skipped().total(),
             skip_reasons: self.recording.skipped().counts().collect(),
+            notes: self.recording.notes(),
             range_mm: self.range.get(),
             overlaps_assessed: direct,
             overlaps_in_all: all,
@@ -634,16 +636,21 @@ impl Report for Recorded<'_> {
     fn render(&self) -> String {
         let (direct, all) = self.assessed.overlaps;
         let mut text = format!(
-            "{}: {}, {} skipped; {direct} of {all} independent overlaps of a sonar\n\n",
+            "{}: {}, {} skipped; {direct} of {all} independent overlaps of a sonar\n",
             display_path(self.file),
             counted(self.recording.rows() as u64, "row"),
             counted(self.recording.skipped().total(), "line"),
         );
+        for note in self.recording.notes() {
+            text += &format!("{note}\n");
+        }
+        text.push('\n');
         let share = |part: usize| percent(part as f64 / self.recording.rows().max(1) as f64);
         let mut rows = vec![row([
             "sonar",
             "echo",
             "no object",
+            "too near",
             "missing",
             "confirmed",
             "arcs met",
@@ -657,6 +664,7 @@ impl Report for Recorded<'_> {
                 sensor.sensor.to_string(),
                 share(sensor.echoes),
                 share(sensor.no_object),
+                share(sensor.too_near),
                 share(sensor.missing),
                 share(sensor.confirmed),
                 format!("{:.1}", sensor.mean_intersections),

@@ -132,6 +132,24 @@ fn a_damaged_recording_is_assessed_in_part() {
 }
 
 #[test]
+fn a_recordings_header_names_its_columns() {
+    let names: Vec<String> = (1..=24)
+        .rev()
+        .map(|sonar| format!("US{sonar}_cm"))
+        .collect();
+    let row = "-inf,".to_owned() + &["150"; 23].join(",");
+    let folder = folder_with(format!("time,{}\n1,{row}\n", names.join(",")));
+    let document = certainty(folder.path(), "ring --recording input --json").json();
+    let last = &document["sensors"][23];
+    assert_eq!((&last["too_near"], &last["echoes"]), (&1.into(), &0.into()));
+    assert_eq!(document["sensors"][0]["echoes"], 1);
+    let note = "columns that are not used: time";
+    assert_eq!(document["notes"], serde_json::json!([note]));
+    let text = certainty(folder.path(), "ring --recording input").stdout;
+    assert!(text.contains(note) && text.contains("too near"), "{text}");
+}
+
+#[test]
 fn a_recording_counts_one_line_in_the_singular() {
     let row = "1.000,".repeat(23) + "1.000\n";
     for (content, counted) in [
