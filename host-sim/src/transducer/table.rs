@@ -121,6 +121,12 @@ pub enum TableProblem {
     /// The line names more units than [`MeasuredUnit::MOST_UNITS`].
     #[error("more than {} units; split the table", MeasuredUnit::MOST_UNITS)]
     TooManyUnits,
+    /// Two units have one name.
+    #[error("two columns {name}: name each unit once")]
+    SameName {
+        /// The name.
+        name: Excerpt,
+    },
     /// The line has more or fewer columns than the first.
     #[error("{found} columns where the first line names {expected}; complete the line")]
     Columns {
@@ -327,6 +333,13 @@ impl Header {
         if columns.len() > most {
             return Err(TableProblem::TooManyUnits);
         }
+        for (place, column) in columns.iter().enumerate() {
+            let same = |other: &Column| other.written.eq_ignore_ascii_case(&column.written);
+            if columns[..place].iter().any(same) {
+                let name = Excerpt::new(&column.written);
+                return Err(TableProblem::SameName { name });
+            }
+        }
         Ok(Self {
             separator,
             columns: count,
@@ -415,6 +428,10 @@ mod tests {
                 "dist_cm,A,B\n10,190,191\n# note\n20,135\n",
                 "line 4: 2 columns where the first line names 3; complete",
             ),
+            (
+                "dist_cm,left,right,Left\n10,1,2,3",
+                "line 1: two columns Left: name each unit once",
+            ),
             ("dist_cm,A\n10,x", "line 2: column 2: 'x' is not a number"),
             ("dist_cm,A\n,1", "line 2: column 1: '' is not a number"),
             ("dist_cm,A\nNaN,1", "line 2: column 1: 'NaN' is no distance"),
@@ -489,7 +506,8 @@ mod tests {
 
     #[test]
     fn a_table_that_is_too_large_is_refused() {
-        let wide = "distance_mm".to_owned() + &",a".repeat(MeasuredUnit::MOST_UNITS);
+        let names = (0..MeasuredUnit::MOST_UNITS).map(|unit| format!(",a{unit}"));
+        let wide = "distance_mm".to_owned() + &names.collect::<String>();
         assert_eq!(
             MeasuredUnit::parse(&wide).unwrap().len(),
             MeasuredUnit::MOST_UNITS
