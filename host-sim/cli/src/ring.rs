@@ -64,7 +64,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 100, requires = "many poses",
           value_parser = clap::value_parser!(u32).range(1..=100_000))]
     poses: u32,
-    /// Recording of a real ring: 24 distances in metres per line; - is stdin
+    /// Recording of a real ring: 24 distances a line, in metres or in the unit of their names; - is stdin
     #[arg(long, value_name = "FILE")]
     recording: Option<PathBuf>,
     /// The recorded sonars' range

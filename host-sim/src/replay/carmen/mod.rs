@@ -400,8 +400,9 @@ impl CarmenLog {
         }
         let left_out: u64 = unused.values().sum();
         if left_out > 0 {
+            let lines = if left_out == 1 { "line" } else { "lines" };
             notes.push(format!(
-                "{left_out} lines of {} not used: the beams are those of {}",
+                "{left_out} {lines} of {} not used: the beams are those of {}",
                 names(unused),
                 names(&used.lines)
             ));
