@@ -843,7 +843,7 @@ mod tests {
         for lines in [[flaser, robot], [robot, flaser]] {
             let (beams, taken, summary) = read_with(OPTIONS, &lines);
             assert_eq!((beams.len(), taken), (3, vec![BEAMS, OTHER]));
-            assert!(summary.notes.last().unwrap().starts_with("1 lines of "));
+            assert!(summary.notes.last().unwrap().starts_with("1 line of "));
         }
         // Corrected poses are in one of them alone, and all of one can be behind all of the other.
         let posed = robot.replace("1 0 0.5 0", "1 0 0.75 0");
