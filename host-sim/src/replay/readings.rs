@@ -596,6 +596,7 @@ mod tests {
         assert_eq!(TimeUnit::guess(1.7e18), TimeUnit::Nanoseconds);
         assert_eq!(TimeUnit::guess(1.7e15), TimeUnit::Microseconds);
         assert_eq!(TimeUnit::guess(1.7e12), TimeUnit::Milliseconds);
+        assert_eq!(TimeUnit::guess(1.7e9), TimeUnit::Seconds);
     }
 
     const WIDE: &str = "# timestamp, pos_x, pos_y, heading, sonar0, sonar1, sonar2, sonar3\n\

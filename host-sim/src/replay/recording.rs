@@ -207,10 +207,11 @@ impl TimeUnit {
         }
     }
 
-    /// The unit of `time` by its form: seconds have a fraction; since 1970 there are 10^12 milliseconds,
-    /// 10^15 microseconds and 10^18 nanoseconds.
+    /// The unit of `time` by its form: seconds have a fraction; since 1970 there are 10^9 seconds, 10^12
+    /// milliseconds, 10^15 microseconds and 10^18 nanoseconds.
     pub(super) fn guess(time: f64) -> Self {
-        if time.fract() != 0.0 {
+        // 10^9 milliseconds are twelve days without a pause.
+        if time.fract() != 0.0 || (1e9..1e10).contains(&time) {
             Self::Seconds
         } else if time.abs() >= 1e17 {
             Self::Nanoseconds
