@@ -34,8 +34,6 @@ pub struct EvaluationSetup {
     pub(super) behind: Behind,
     /// The certainty of cells in a beam without an object.
     pub(super) no_object: Certainty,
-    /// Whether each sensor's readings are validated.
-    pub(super) validated: bool,
     /// What a measurement is worth to eq. 1. A sensor's own grid that accumulates has p = 0.1 or 0.9.
     pub(super) strongest: Strength,
     pub(super) landmarks: Landmarks,
@@ -131,7 +129,6 @@ impl EvaluationSetup {
         spread_deviations: 0.0,
         behind: Behind::Uncertain,
         no_object: Certainty::FREE,
-        validated: false,
         strongest: NINE_TENTHS,
         landmarks: Landmarks::Bounded,
         own: Own::Accumulated,
@@ -160,7 +157,6 @@ impl EvaluationSetup {
                 behind: self.behind,
                 no_object: self.no_object,
             },
-            validated: self.validated,
             faults: self.fault.iter().flat_map(|spec| spec.parse()).collect(),
             ..Setup::smart_car(world, sensors, steps, seed)
         }
@@ -273,7 +269,7 @@ impl Factor {
 }
 
 /// Everything that the text leaves open, in the order of reports.
-pub const FACTORS: [Factor; 16] = [
+pub const FACTORS: [Factor; 15] = [
     // Directions x sweeps x layouts.
     Factor::new(
         "sweeps",
@@ -459,18 +455,6 @@ pub const FACTORS: [Factor; 16] = [
                 "weak",
                 "§6.1: \"no object\" is what these sensors get wrong, in 16 to 18 % of all readings",
                 |s| s.no_object = Certainty::from_bits(96),
-            ),
-        ],
-    ),
-    // Whether a sensor's readings are checked before they are fused.
-    Factor::new(
-        "validation",
-        &[
-            Level::new("none", "§6.2 mentions none", |s| s.validated = false),
-            Level::new(
-                "each sensor",
-                "[002] Fig. 1 draws a local validation of each sensor",
-                |s| s.validated = true,
             ),
         ],
     ),
